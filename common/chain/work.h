@@ -1,0 +1,129 @@
+/* work.h: units of work: what the master hands out and what a worker's thread makes of it.
+ *
+ * A unit's result is a function of (scene, settings, record) alone: no clock, thread, order or neighbour enters it, but for
+ * the timing figures in its stats. Units are small (a fraction of a second to seconds), so a lost one costs little.
+ *
+ *     renderer_t *renderer;                              one a job and process, immutable
+ *     TRY(renderer_new(&renderer, scene, &settings, fault));
+ *     work_space_t *space;                               one a thread
+ *     TRY(work_space_new(&space, renderer, fault));
+ *     TRY(work_run(space, &record, &cancel, &result, fault));   result borrows from the space until the next run
+ *     TRY(work_result_encode(&result, &bytes, &size, fault));
+ */
+#ifndef CHAIN_WORK_H
+#define CHAIN_WORK_H
+
+#include <stdatomic.h>
+#include <stddef.h>
+
+#include "chain/settings.h"
+#include "film/film.h"
+#include "scene/scene.h"
+
+typedef struct renderer renderer_t;
+typedef struct work_space work_space_t;
+
+/* Builds what rendering needs: the Embree scene, light tables, materials. `scene` is borrowed for the renderer's life. */
+fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings_t *settings, fault_t *fault);
+void renderer_destroy(renderer_t **renderer);
+void renderer_film_size(const renderer_t *renderer, uint32_t *width, uint32_t *height);
+const settings_t *renderer_settings(const renderer_t *renderer); /* with the scene's values filled in */
+/* Bytes held by a renderer, without the scene's own arrays. */
+size_t renderer_bytes(const renderer_t *renderer);
+
+typedef enum work_kind {
+    WORK_PILOT = 1,    /* independent candidates of one length: b_k, technique energies, seeds */
+    WORK_CHAINS = 2,   /* Markov chains of one length, each from its seed */
+    WORK_SAMPLES = 3,  /* independent pt or bdpt samples of all lengths */
+    WORK_FEATURES = 4, /* albedo, normal and depth of pixel rows */
+    WORK_KINDS
+} work_kind_t;
+
+enum {
+    WORK_MAX_CHAINS = 65536,
+    WORK_MAX_CANDIDATES = 1 << 20,
+    WORK_RECORD_MAX_BYTES = 1 << 20,
+    WORK_FEATURE_CHANNELS = 7 /* albedo R,G,B, normal X,Y,Z, depth */
+};
+
+typedef struct work_record {
+    uint32_t kind;   /* work_kind_t */
+    uint32_t length; /* k: pilot and chains; else 0 */
+    uint64_t first;  /* pilot, samples: index of the first candidate or sample; chains: id of the first chain;
+                        features: first row */
+    uint64_t count;  /* of candidates, samples, chains, or rows */
+    uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
+    double scale;    /* samples: film value of a contribution of 1; else 0 */
+    uint64_t *seeds; /* chains: the candidate each starts from, `count` of them; owned by the record */
+} work_record_t;
+
+void work_record_clear(work_record_t *record);
+fault_code_t work_record_encode(const work_record_t *record, uint8_t **data, size_t *size, fault_t *fault);
+/* Checks everything that can be checked without a scene (WORK_MAX_..., lengths). */
+fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault);
+
+/* Sums of one estimator: n values, their sum and sum of squares. */
+typedef struct work_moments {
+    double n, sum, sum2;
+} work_moments_t;
+
+/* Why a contribution was refused. */
+typedef enum work_reject {
+    WORK_REJECT_NONFINITE_RAY = 0,
+    WORK_REJECT_NONFINITE_WEIGHT,
+    WORK_REJECT_NONFINITE_VALUE,
+    WORK_REJECT_NEGATIVE_VALUE,
+    WORK_REJECTS
+} work_reject_t;
+
+typedef enum work_move { WORK_MOVE_LARGE = 0, WORK_MOVE_SMALL, WORK_MOVE_TECHNIQUE, WORK_MOVES } work_move_t;
+
+typedef struct work_stats {
+    double cpu_seconds;
+    uint64_t rays, shadow_rays;
+    uint64_t evaluations;             /* of the target, or samples */
+    uint64_t rejects[WORK_REJECTS];
+    uint64_t proposed[WORK_MOVES];
+    double accepted[WORK_MOVES];      /* sum of acceptance probabilities */
+    uint64_t zero_proposals;          /* proposals without contribution */
+    uint64_t longest_stay;            /* rejections in a row, the most */
+} work_stats_t;
+
+typedef struct work_result {
+    uint32_t kind, length;
+    work_stats_t stats;
+    /* Estimators. Pilot and chains (their large steps) of length k: [0] the length's b_k (technique factor
+     * included), [1 + s] the part of technique s. Samples: for each length k = 1..K, 1 + (k+1) such entries in a row. */
+    uint32_t moment_count;
+    work_moments_t *moments;
+    uint32_t weight_count; /* pilot: the target C of each candidate, times the number of techniques */
+    double *weights;
+    bool has_film;         /* chains, samples */
+    film_t film;
+    uint32_t feature_rows, feature_width; /* features: WORK_FEATURE_CHANNELS floats a pixel */
+    float *features;
+} work_result_t;
+
+/* Index of moments[] where length k starts, in a result of WORK_SAMPLES. */
+static inline uint32_t work_samples_moment(uint32_t k)
+{
+    return (k - 1) * (k + 4) / 2; /* sum over j < k of (j + 2) */
+}
+
+fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, fault_t *fault);
+void work_space_destroy(work_space_t **space);
+
+/* Runs a unit. FAULT_CANCELLED soon after *cancel becomes true; FAULT_RANGE if the record does not fit the scene.
+ * The result's arrays belong to the space and are valid until its next run. */
+fault_code_t work_run(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                      work_result_t *result, fault_t *fault);
+
+/* The result as bytes; *data is the caller's to free(). */
+fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, size_t *size, fault_t *fault);
+/* Decodes hostile bytes into a result that owns its arrays; film size and array lengths must be what the record asks
+ * for. Clear it with work_result_clear. */
+fault_code_t work_result_decode(work_result_t *result, const work_record_t *record, uint32_t width, uint32_t height,
+                                uint32_t max_path_length, const uint8_t *data, size_t size, fault_t *fault);
+void work_result_clear(work_result_t *result);
+
+#endif
