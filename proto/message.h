@@ -1,8 +1,8 @@
 /* message.h: what is said between master, workers and clients. PROTOCOL.md is the specification; this file is its
  * constants and structures, and a test holds the two together.
  *
- * A message is one frame: signature, protocol version, type, fields. Encoding and decoding follow one table of fields
- * (message_fields), so that a limit stands in one place.
+ * A message is one frame: signature, protocol version, type, fields. Encoding and decoding follow one table of
+ * fields (message_fields), so that a limit stands in one place.
  *
  *     message_t hello = {.type = MESSAGE_HELLO};
  *     hello.hello.role = MESSAGE_ROLE_WORKER;
@@ -31,22 +31,22 @@ enum { MESSAGE_PROTOCOL_VERSION = 1, MESSAGE_HEADER_SIZE = 8 };
 
 /* Limits; the reasons are in PROTOCOL.md. Octets unless named otherwise. */
 enum {
-    MESSAGE_MAX_STRING = 4096,        /* names, reasons */
-    MESSAGE_MAX_TOKEN = 256,          /* the shared secret in HELLO */
-    MESSAGE_MAX_TEXT = 1 << 20,       /* a job, a progress report */
-    MESSAGE_MAX_STATUS = 8 << 20,     /* the state of all jobs */
-    MESSAGE_MAX_RECORD = 1 << 20,     /* a unit's record */
-    MESSAGE_MAX_CHUNK = 1 << 20,      /* a piece of a bundle or of an output */
-    MESSAGE_MAX_RESULT = 512 << 20,   /* a unit's result */
-    MESSAGE_MAX_FROM_MASTER = 16 << 20,                 /* a frame that a master sends */
-    MESSAGE_MAX_FROM_PEER = (512 << 20) + (1 << 16),    /* a frame that a worker or client sends */
-    MESSAGE_MAX_LEASES = 4096,        /* leases in one heartbeat, and so of one worker */
-    MESSAGE_MAX_SLOTS = 4096,         /* units in one READY */
-    MESSAGE_MAX_PEERS = 4096,         /* peers of a master */
-    MESSAGE_MAX_THREADS = 1 << 16,    /* threads a worker may claim */
-    MESSAGE_MIN_INTERVAL_MS = 50,     /* heartbeat interval and lease, milliseconds */
+    MESSAGE_MAX_STRING = 4096,                       /* names, reasons */
+    MESSAGE_MAX_TOKEN = 256,                         /* the shared secret in HELLO */
+    MESSAGE_MAX_TEXT = 1 << 20,                      /* a job, a progress report */
+    MESSAGE_MAX_STATUS = 8 << 20,                    /* the state of all jobs */
+    MESSAGE_MAX_RECORD = 1 << 20,                    /* a unit's record */
+    MESSAGE_MAX_CHUNK = 1 << 20,                     /* a piece of a bundle or of an output */
+    MESSAGE_MAX_RESULT = 512 << 20,                  /* a unit's result */
+    MESSAGE_MAX_FROM_MASTER = 16 << 20,              /* a frame that a master sends */
+    MESSAGE_MAX_FROM_PEER = (512 << 20) + (1 << 16), /* a frame that a worker or client sends */
+    MESSAGE_MAX_LEASES = 4096,                       /* leases in one heartbeat, and so of one worker */
+    MESSAGE_MAX_SLOTS = 4096,                        /* units in one READY */
+    MESSAGE_MAX_PEERS = 4096,                        /* peers of a master */
+    MESSAGE_MAX_THREADS = 1 << 16,                   /* threads a worker may claim */
+    MESSAGE_MIN_INTERVAL_MS = 50,                    /* heartbeat interval and lease, milliseconds */
     MESSAGE_MAX_INTERVAL_MS = 3600000,
-    MESSAGE_LEASE_SIZE = 24           /* a lease in a heartbeat */
+    MESSAGE_LEASE_SIZE = 24 /* a lease in a heartbeat */
 };
 #define MESSAGE_MAX_BUNDLE (UINT64_C(1) << 40) /* bytes of a bundle */
 #define MESSAGE_MAX_OUTPUT (UINT64_C(1) << 40) /* bytes of an output */
@@ -72,37 +72,37 @@ typedef enum message_sender {
 } message_sender_t;
 
 /* X(name, number, senders) */
-#define MESSAGE_TYPES(X)                                                                                             \
-    X(HELLO, 1, MESSAGE_FROM_PEER)                                                                                   \
-    X(WELCOME, 2, MESSAGE_FROM_MASTER)                                                                               \
-    X(REFUSED, 3, MESSAGE_FROM_MASTER)                                                                               \
-    X(HELLO_WANTED, 4, MESSAGE_FROM_MASTER)                                                                          \
-    X(HEARTBEAT, 5, MESSAGE_FROM_ANYONE)                                                                             \
-    X(BYE, 6, MESSAGE_FROM_ANYONE)                                                                                   \
-    X(SHUTDOWN, 7, MESSAGE_FROM_MASTER)                                                                              \
-    X(READY, 16, MESSAGE_FROM_WORKER)                                                                                \
-    X(WORK, 17, MESSAGE_FROM_MASTER)                                                                                 \
-    X(JOB_QUERY, 18, MESSAGE_FROM_PEER)                                                                              \
-    X(JOB_DATA, 19, MESSAGE_FROM_MASTER)                                                                             \
-    X(BUNDLE_GET, 20, MESSAGE_FROM_WORKER)                                                                           \
-    X(BUNDLE_DATA, 21, MESSAGE_FROM_MASTER)                                                                          \
-    X(RESULT, 22, MESSAGE_FROM_WORKER)                                                                               \
-    X(FAILED, 23, MESSAGE_FROM_WORKER)                                                                               \
-    X(ACK, 24, MESSAGE_FROM_MASTER)                                                                                  \
-    X(CANCEL, 25, MESSAGE_FROM_MASTER)                                                                               \
-    X(SUBMIT, 32, MESSAGE_FROM_CLIENT)                                                                               \
-    X(BUNDLE_WANTED, 33, MESSAGE_FROM_MASTER)                                                                        \
-    X(BUNDLE_PUT, 34, MESSAGE_FROM_CLIENT)                                                                           \
-    X(BUNDLE_PUT_OK, 35, MESSAGE_FROM_MASTER)                                                                        \
-    X(SUBMITTED, 36, MESSAGE_FROM_MASTER)                                                                            \
-    X(STATUS, 37, MESSAGE_FROM_CLIENT)                                                                               \
-    X(STATUS_DATA, 38, MESSAGE_FROM_MASTER)                                                                          \
-    X(FETCH, 39, MESSAGE_FROM_CLIENT)                                                                                \
-    X(FETCH_DATA, 40, MESSAGE_FROM_MASTER)                                                                           \
-    X(CANCEL_JOB, 41, MESSAGE_FROM_CLIENT)                                                                           \
-    X(DONE, 42, MESSAGE_FROM_MASTER)                                                                                 \
-    X(SUBSCRIBE, 43, MESSAGE_FROM_CLIENT)                                                                            \
-    X(PROGRESS, 44, MESSAGE_FROM_MASTER)                                                                             \
+#define MESSAGE_TYPES(X)                                                                                           \
+    X(HELLO, 1, MESSAGE_FROM_PEER)                                                                                 \
+    X(WELCOME, 2, MESSAGE_FROM_MASTER)                                                                             \
+    X(REFUSED, 3, MESSAGE_FROM_MASTER)                                                                             \
+    X(HELLO_WANTED, 4, MESSAGE_FROM_MASTER)                                                                        \
+    X(HEARTBEAT, 5, MESSAGE_FROM_ANYONE)                                                                           \
+    X(BYE, 6, MESSAGE_FROM_ANYONE)                                                                                 \
+    X(SHUTDOWN, 7, MESSAGE_FROM_MASTER)                                                                            \
+    X(READY, 16, MESSAGE_FROM_WORKER)                                                                              \
+    X(WORK, 17, MESSAGE_FROM_MASTER)                                                                               \
+    X(JOB_QUERY, 18, MESSAGE_FROM_PEER)                                                                            \
+    X(JOB_DATA, 19, MESSAGE_FROM_MASTER)                                                                           \
+    X(BUNDLE_GET, 20, MESSAGE_FROM_WORKER)                                                                         \
+    X(BUNDLE_DATA, 21, MESSAGE_FROM_MASTER)                                                                        \
+    X(RESULT, 22, MESSAGE_FROM_WORKER)                                                                             \
+    X(FAILED, 23, MESSAGE_FROM_WORKER)                                                                             \
+    X(ACK, 24, MESSAGE_FROM_MASTER)                                                                                \
+    X(CANCEL, 25, MESSAGE_FROM_MASTER)                                                                             \
+    X(SUBMIT, 32, MESSAGE_FROM_CLIENT)                                                                             \
+    X(BUNDLE_WANTED, 33, MESSAGE_FROM_MASTER)                                                                      \
+    X(BUNDLE_PUT, 34, MESSAGE_FROM_CLIENT)                                                                         \
+    X(BUNDLE_PUT_OK, 35, MESSAGE_FROM_MASTER)                                                                      \
+    X(SUBMITTED, 36, MESSAGE_FROM_MASTER)                                                                          \
+    X(STATUS, 37, MESSAGE_FROM_CLIENT)                                                                             \
+    X(STATUS_DATA, 38, MESSAGE_FROM_MASTER)                                                                        \
+    X(FETCH, 39, MESSAGE_FROM_CLIENT)                                                                              \
+    X(FETCH_DATA, 40, MESSAGE_FROM_MASTER)                                                                         \
+    X(CANCEL_JOB, 41, MESSAGE_FROM_CLIENT)                                                                         \
+    X(DONE, 42, MESSAGE_FROM_MASTER)                                                                               \
+    X(SUBSCRIBE, 43, MESSAGE_FROM_CLIENT)                                                                          \
+    X(PROGRESS, 44, MESSAGE_FROM_MASTER)                                                                           \
     X(JOB_END, 45, MESSAGE_FROM_MASTER)
 
 typedef enum message_type {
@@ -178,7 +178,8 @@ typedef struct message_farewell { /* BYE, SHUTDOWN */
 } message_farewell_t;
 
 typedef struct message_ready {
-    uint32_t slots; /* credits: so many more units than it said before; HELLO sets them to none, each WORK uses one */
+    uint32_t
+        slots; /* credits: so many more units than it said before; HELLO sets them to none, each WORK uses one */
 } message_ready_t;
 
 typedef struct message_work {
@@ -234,7 +235,7 @@ typedef struct message_submit {
 
 typedef struct message_bundle_wanted {
     digest_t digest;
-    uint64_t offset; /* from where: a master may hold the beginning already */
+    uint64_t offset;       /* from where: a master may hold the beginning already */
 } message_bundle_wanted_t; /* BUNDLE_WANTED, BUNDLE_PUT_OK (offset: the next) */
 
 typedef struct message_report { /* STATUS_DATA, PROGRESS */
@@ -302,13 +303,17 @@ fault_code_t message_encode(const message_t *message, uint8_t **data, size_t *si
 /* Reads a frame into *out, which borrows from it. FAULT_PROTOCOL: not a Garland frame, or an unknown type.
  * FAULT_VERSION: another protocol version; the text names both. Other faults name the field.
  * HELLO and REFUSED of other versions: a REFUSED is read whatever its version (its text comes first for ever);
- * a HELLO gives FAULT_VERSION with out->type and out->hello.garland_version set. After other faults *out is empty. */
+ * a HELLO gives FAULT_VERSION with out->type and out->hello.garland_version set. After other faults *out is empty.
+ */
 fault_code_t message_decode(message_t *out, const void *data, size_t size, fault_t *fault);
 
 /* "RESULT"; "unknown type" for a number that is none. */
 const char *message_type_name(unsigned type);
 /* message_sender_t bits of who may send the type; 0 for a number that is none. */
 unsigned message_senders(unsigned type);
+
+/* A code as it came in REFUSED or FAILED; FAULT_PROTOCOL for one that this version does not know. */
+fault_code_t message_fault_code(unsigned code);
 
 void message_lease_pack(uint8_t *packed, uint32_t index, const message_lease_t *lease);
 message_lease_t message_lease_at(const message_leases_t *leases, uint32_t index);

@@ -1,8 +1,8 @@
 /* transport.h: messages between processes. The only place that knows ZeroMQ.
  *
- * A master binds, workers and clients connect. Every send and receive is of a whole message_t; nothing blocks except
- * transport_wait and the calls built on it, and these have a time limit. Queues are bounded: a send that finds its queue
- * full fails with FAULT_LIMIT and the message is not sent.
+ * A master binds, workers and clients connect. Every send and receive is of a whole message_t; nothing blocks
+ * except transport_wait and the calls built on it, and these have a time limit. Queues are bounded: a send that
+ * finds its queue full fails with FAULT_LIMIT and the message is not sent.
  *
  *     TRY(transport_bind(&t, "tcp://127.0.0.1:0", &(transport_options_t){0}, fault));
  *     for (;;) {
@@ -27,26 +27,26 @@
 typedef struct transport transport_t;
 
 /* A connection as the master sees it: a number that is never used again for another one within the life of the
- * transport's process in practice (32 bits, counted up). A peer that reconnects gets a new number. 0 is nobody; on the
- * connecting side there is one peer, the master, and its number is TRANSPORT_MASTER. */
+ * transport's process in practice (32 bits, counted up). A peer that reconnects gets a new number. 0 is nobody; on
+ * the connecting side there is one peer, the master, and its number is TRANSPORT_MASTER. */
 typedef uint64_t transport_peer_t;
 
 enum { TRANSPORT_NOBODY = 0, TRANSPORT_MASTER = 1 };
 
 enum {
-    TRANSPORT_QUEUE_MASTER = 256, /* messages queued per peer, each way, on the master's side */
-    TRANSPORT_QUEUE_PEER = 64,    /* on the worker's and client's side */
+    TRANSPORT_QUEUE_SEND = 64,    /* messages queued per peer on their way out */
+    TRANSPORT_QUEUE_RECEIVE = 16, /* and in; beyond it the network holds the sender back */
     TRANSPORT_KEY_SIZE = 41       /* a key's text (Z85) with its zero */
 };
 
 /* All zero means the defaults. Keys are CURVE keys as 40 characters of Z85, borrowed during the call; a master with
- * secret_key encrypts and admits only peers that know its public key; a peer gives that as server_key (a key pair of its own
- * is made up). */
+ * secret_key encrypts and admits only peers that know its public key; a peer gives that as server_key (a key pair
+ * of its own is made up). */
 typedef struct transport_options {
-    int heartbeat_ms;  /* ZeroMQ's own, which finds dead connections; default MESSAGE_HEARTBEAT_MS */
-    int silence_ms;    /* connection dropped after so long without an answer to it; default MESSAGE_LEASE_MS */
-    int linger_ms;     /* how long destroy waits for queued messages to leave; default 1000, negative: not at all */
-    int queue;         /* messages; default TRANSPORT_QUEUE_... */
+    int heartbeat_ms; /* ZeroMQ's own, which finds dead connections; default MESSAGE_HEARTBEAT_MS */
+    int silence_ms;   /* connection dropped after so long without an answer to it; default MESSAGE_LEASE_MS */
+    int linger_ms;    /* how long destroy waits for queued messages to leave; default 1000, negative: not at all */
+    int send_queue;   /* messages; default TRANSPORT_QUEUE_SEND */
     const char *secret_key; /* master's */
     const char *server_key; /* peer's: the master's public key */
 } transport_options_t;
@@ -79,8 +79,10 @@ void transport_destroy(transport_t **transport);
 const char *transport_address(const transport_t *transport);
 
 /* Sends to a peer (a master) or to TRANSPORT_MASTER (a peer). FAULT_NOT_FOUND: that connection is gone.
- * FAULT_LIMIT: its queue is full, or a field is beyond its limit. The message's memory is the caller's own again on return. */
-fault_code_t transport_send(transport_t *transport, transport_peer_t peer, const message_t *message, fault_t *fault);
+ * FAULT_LIMIT: its queue is full, or a field is beyond its limit. The message's memory is the caller's own again on
+ * return. */
+fault_code_t transport_send(transport_t *transport, transport_peer_t peer, const message_t *message,
+                            fault_t *fault);
 
 /* Waits until a message can be received, wake_fd (-1: none) is readable, or timeout_ms (-1: for ever) have passed.
  * A signal ends the wait early. *woken (may be null) says whether wake_fd is readable. */
@@ -92,8 +94,9 @@ transport_event_kind_t transport_receive(transport_t *transport, transport_event
 /* Seconds since the last message came in (since the transport was made, if none has). */
 double transport_silence(const transport_t *transport);
 
-/* For clients that wait for one thing: the next message within timeout_ms. FAULT_TIMEOUT: silence, and the text says how long and
- * whom one waited for; FAULT_PROTOCOL: something malformed came instead. Heartbeats are passed over. */
+/* For clients that wait for one thing: the next message within timeout_ms. FAULT_TIMEOUT: silence, and the text
+ * says how long and whom one waited for; FAULT_PROTOCOL: something malformed came instead. Heartbeats are passed
+ * over. */
 fault_code_t transport_receive_within(transport_t *transport, int timeout_ms, transport_event_t *event,
                                       fault_t *fault);
 

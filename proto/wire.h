@@ -1,5 +1,5 @@
-/* wire.h: fields as bytes. A bounded writer and a bounded reader of little-endian fields; neither ever touches a byte
- * outside its buffer, and both carry a sticky fault: after the first failure every call does nothing (a reader
+/* wire.h: fields as bytes. A bounded writer and a bounded reader of little-endian fields; neither ever touches a
+ * byte outside its buffer, and both carry a sticky fault: after the first failure every call does nothing (a reader
  * returns zeros), so that a record is read straight through and checked once at the end.
  *
  *     wire_reader_t in;
@@ -23,7 +23,7 @@
 typedef struct wire_reader {
     const uint8_t *data; /* borrowed */
     size_t size, at;
-    const char *what; /* borrowed: what is read, for messages */
+    const char *what;  /* borrowed: what is read, for messages */
     fault_code_t code; /* sticky */
     fault_t *fault;    /* borrowed; may be null */
 } wire_reader_t;
@@ -74,8 +74,8 @@ void wire_put_sentence(wire_writer_t *out, const char *text, size_t max);
 fault_code_t wire_writer_fail(wire_writer_t *out, fault_code_t code, const char *field, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-/* Octets of the valid character at text[0..size), 0 if there is none: UTF-8 (RFC 3629: no surrogates, nothing overlong),
- * no control characters but tab and line feed. */
+/* Octets of the valid character at text[0..size), 0 if there is none: UTF-8 (RFC 3629: no surrogates, nothing
+ * overlong), no control characters but tab and line feed. */
 size_t wire_text_character(const uint8_t *text, size_t size);
 
 #endif
