@@ -1,4 +1,17 @@
-/* texture.h: parameter look-up. Inline for the constants, which most are. */
+/* texture.h: parameter look-up. Inline for the constants, which most are.
+ *
+ * The kinds of scene.h, (u,v) the surface's coordinates, (u',v') = (scale_u u + offset_u, scale_v v + offset_v):
+ *   constant      value
+ *   image         value * texel(u',v'), or 1 minus that if `invert`; never below 0. v' = 0 is the bottom row's
+ * lower edge; four texels are filtered bilinearly, centres at half-integers; wrap says what lies beyond the image:
+ * its repetition, black, or its edge scale         value * a * b checkerboard  a where floor(u') + floor(v') is
+ * even, else b mix           a (1 - m) + b m, m a scalar Operands are looked up at (u,v) itself. A scalar uses
+ * value[0] and, of an image, the mean of the linear colour channels, or the fourth channel where alpha_channel is
+ * set.
+ *
+ * Hot calls: nothing is checked, scene_check has seen to indices, depth and magnitudes. Any u, v is allowed, also
+ * one that is not finite (the result is then some value of the texture). Pure; any thread.
+ */
 #ifndef SCENE_TEXTURE_H
 #define SCENE_TEXTURE_H
 
@@ -17,7 +30,8 @@ static inline rgb_t texture_param_color(const scene_t *scene, const scene_param_
 
 static inline double texture_param_scalar(const scene_t *scene, const scene_param_t *p, double u, double v)
 {
-    return __builtin_expect(p->texture < 0, 1) ? p->value[0] : p->value[0] * texture_scalar(scene, p->texture, u, v);
+    return __builtin_expect(p->texture < 0, 1) ? p->value[0]
+                                               : p->value[0] * texture_scalar(scene, p->texture, u, v);
 }
 
 #endif
