@@ -1,0 +1,72 @@
+/* fresnel.h: reflectance of a plane interface for unpolarised light, exact, and its diffuse averages.
+ *
+ * Cosines are of the angle to the (micro)facet's normal, in (0,1]. `eta` of a dielectric is relative to the walk:
+ * the index beyond the interface over the index on the side of the incident direction.
+ */
+#ifndef SCENE_FRESNEL_H
+#define SCENE_FRESNEL_H
+
+#include <stddef.h>
+
+#include "math/vec.h"
+
+/* Dielectric (Born and Wolf, Principles of Optics, 1.5.2, eq. 21). With g = eta cos_t = sqrt(c^2 + eta^2 - 1):
+ *     r_s = (c - g) / (c + g)                = -b / (c + g)^2                    b = eta^2 - 1
+ *     r_p = (eta^2 c - g) / (eta^2 c + g)    = b (c (c + g) - 1) / ((c + g) (eta^2 c + g))
+ * The right-hand forms have b as a factor: no cancellation as eta goes to 1. Total internal reflection gives 1.
+ * *g_out (may be null) is g, 0 at total reflection: the refracted cosine is g / eta. */
+static inline double fresnel_dielectric_g(double c, double eta, double *g_out)
+{
+    const double b = (eta - 1) * (eta + 1);
+    const double g2 = c * c + b;
+    if (!(g2 > 0)) {
+        if (g_out)
+            *g_out = 0;
+        return 1;
+    }
+    const double g = sqrt(g2);
+    const double sum = c + g;
+    const double r_s = b / (sum * sum);
+    const double r_p = b * (c * sum - 1) / (sum * (eta * eta * c + g));
+    if (g_out)
+        *g_out = g;
+    const double f = 0.5 * (r_s * r_s + r_p * r_p);
+    return f < 1 ? f : 1;
+}
+
+static inline double fresnel_dielectric(double c, double eta)
+{
+    return fresnel_dielectric_g(c, eta, NULL);
+}
+
+/* Conductor of complex relative index n + i k (ibid., 13.4.1; the real form of Lafortune's notes):
+ *     2 a^2 = |q| + q',  q = (n + i k)^2 - sin^2 = q' + i q'',  |q| = sqrt(q'^2 + q''^2)
+ *     R_s = (|q| + c^2 - 2 a c) / (|q| + c^2 + 2 a c)
+ *     R_p = R_s (c^2 |q| + s^4 - 2 a c s^2) / (c^2 |q| + s^4 + 2 a c s^2)
+ * 2 a^2 is q''^2 / (|q| - q') where q' is negative: no cancellation for large k. */
+static inline double fresnel_conductor1(double c, double n, double k)
+{
+    const double c2 = c * c;
+    const double s2 = (1 - c) * (1 + c);
+    const double re = (n - k) * (n + k) - s2;
+    const double im = 2 * n * k;
+    const double size = sqrt(re * re + im * im);
+    const double a2 = re >= 0 ? 0.5 * (size + re) : 0.5 * im * im / (size - re);
+    const double ac2 = 2 * sqrt(a2) * c;
+    const double r_s = (size + c2 - ac2) / (size + c2 + ac2);
+    const double p = c2 * size + s2 * s2;
+    const double r_p = p + ac2 * s2 > 0 ? r_s * (p - ac2 * s2) / (p + ac2 * s2) : r_s;
+    const double f = 0.5 * (r_s + r_p);
+    return f < 1 ? (f > 0 ? f : 0) : 1;
+}
+
+static inline rgb_t fresnel_conductor(double c, rgb_t n, rgb_t k)
+{
+    return rgb(fresnel_conductor1(c, n.r, k.r), fresnel_conductor1(c, n.g, k.g), fresnel_conductor1(c, n.b, k.b));
+}
+
+/* Mean reflectance of a dielectric for diffuse light, 2 int_0^1 F(c) c dc, where the incident side has index 1 and
+ * the other side eta (eta > 0; below 1 it includes total reflection). Error below 1e-13. */
+double fresnel_diffuse(double eta);
+
+#endif
