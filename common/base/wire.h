@@ -10,8 +10,8 @@
  *
  * Thread rule: a reader or writer belongs to one caller.
  */
-#ifndef PROTO_WIRE_H
-#define PROTO_WIRE_H
+#ifndef BASE_WIRE_H
+#define BASE_WIRE_H
 
 #include <stdbool.h>
 #include <stddef.h>

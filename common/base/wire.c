@@ -1,4 +1,4 @@
-#include "proto/wire.h"
+#include "base/wire.h"
 
 #include <stdarg.h>
 #include <stdio.h>
