@@ -1,0 +1,22 @@
+#include "chain/settings.h"
+
+void settings_default(settings_t *settings)
+{
+    *settings = (settings_t){
+        .algorithm = SETTINGS_MMLT,
+        .filter = -1,
+        .seed = 1,
+        .target = SETTINGS_TARGET_LUMINANCE,
+        .kernel = SETTINGS_KERNEL_KELEMEN,
+        .large_step = 0.3,
+        .technique_step = 0.1,
+        .step_min = 1.0 / 1024,
+        .step_max = 1.0 / 64,
+    };
+}
+
+const char *settings_algorithm_name(settings_algorithm_t algorithm)
+{
+    static const char *const names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt"};
+    return (unsigned)algorithm < SETTINGS_ALGORITHMS ? names[algorithm] : "?";
+}

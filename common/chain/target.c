@@ -1,0 +1,44 @@
+#include "chain/target.h"
+
+#include <string.h>
+
+void target_init(target_t *target, const path_scene_t *scene, const settings_t *settings, uint32_t length)
+{
+    memset(target, 0, sizeof *target);
+    target->scene = scene;
+    target->length = length;
+    target->kind = settings->target;
+    for (uint32_t s = 0; s <= length; s++) {
+        if (s == 0 && !scene->lights.can_hit)
+            continue; /* only lights without extent: no camera walk ends on one */
+        if (s > 1 && settings->algorithm == SETTINGS_PT)
+            continue;
+        if (length == 1 && s == 1 && !scene->lights.can_hit)
+            continue; /* a light without extent is not to be seen itself */
+        target->list[target->count++] = (uint8_t)s;
+        target->techniques.allowed[s] = 1;
+        const uint32_t camera = path_camera_dimensions(scene, length + 1 - s), light = path_light_dimensions(s);
+        target->camera_count = camera > target->camera_count ? camera : target->camera_count;
+        target->light_count = light > target->light_count ? light : target->light_count;
+    }
+}
+
+void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
+                 target_value_t *out)
+{
+    const uint32_t t = target->length + 1 - s;
+    path_value_t value;
+    out->c = 0;
+    if (path_walk_camera(target->scene, space, camera, t) < t)
+        return;
+    if (s > 0 && path_walk_light(target->scene, space, light, s) < s)
+        return;
+    if (!path_connect(target->scene, space, s, t, NULL, &target->techniques, &value))
+        return;
+    const double c = target_scalar(target->kind, value.value);
+    if (!(c > 0))
+        return; /* underflow */
+    out->c = c;
+    out->color = rgb_scale(value.value, 1 / c);
+    out->raster = value.raster;
+}

@@ -1,0 +1,40 @@
+/* target.h: the function that chains of one path length walk on: (technique, numbers) -> contribution.
+ *
+ * C_s(u) = w_s f* / p_s for the path x = S_s(u) (docs/transport.md): f* is luminance or the largest channel.
+ * Each length has a list of its techniques; a technique is addressed by s. */
+#ifndef CHAIN_TARGET_H
+#define CHAIN_TARGET_H
+
+#include "chain/settings.h"
+#include "path/connect.h"
+
+/* The state space of one length: its techniques and the sizes of its streams. */
+typedef struct target {
+    const path_scene_t *scene;
+    uint32_t length;     /* k */
+    settings_target_t kind;
+    uint32_t count;      /* n_k: techniques that take part */
+    uint8_t list[PATH_MAX_VERTICES]; /* their s */
+    path_techniques_t techniques;
+    uint32_t camera_count, light_count; /* numbers that any technique of the length may use */
+} target_t;
+
+typedef struct target_value {
+    double c;      /* C_s(u); 0 if the path carries nothing */
+    rgb_t color;   /* value / C: what a splat of weight 1 adds */
+    vec2_t raster;
+} target_value_t;
+
+/* Technique s takes part in length k if the algorithm has it and the lights can be reached by it. */
+void target_init(target_t *target, const path_scene_t *scene, const settings_t *settings, uint32_t length);
+
+/* Evaluates technique s with the camera's and the light's numbers. */
+void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
+                 target_value_t *out);
+
+static inline double target_scalar(settings_target_t kind, rgb_t value)
+{
+    return kind == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value);
+}
+
+#endif

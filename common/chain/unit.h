@@ -1,0 +1,78 @@
+/* unit.h: what the kinds of work share inside this folder: a thread's space, and the renderer behind it. */
+#ifndef CHAIN_UNIT_H
+#define CHAIN_UNIT_H
+
+#include "base/random.h"
+#include "chain/kernel.h"
+#include "chain/target.h"
+#include "chain/work.h"
+
+struct renderer {
+    path_scene_t scene;
+    settings_t settings; /* complete: width, height, max_path_length filled in */
+    target_t *targets;   /* [max_path_length + 1], by length; [0] unused */
+    kernel_t kernel;
+};
+
+struct work_space {
+    const renderer_t *renderer;
+    path_space_t path;
+    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];     /* the current state's numbers */
+    double camera_new[PATH_MAX_DIMENSIONS], light_new[PATH_MAX_DIMENSIONS]; /* the proposal's */
+    film_t film;       /* made when first needed */
+    work_moments_t *moments; /* room for every length and technique */
+    uint32_t moment_room;
+    double *weights;   /* room for WORK_MAX_CANDIDATES, grown when needed */
+    uint32_t weight_room;
+    float *features;
+    size_t feature_room;
+};
+
+/* One file each. They fill result's estimators, film and counts; the frame around them (work.c) does the rest. */
+fault_code_t unit_pilot(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                        work_result_t *result, fault_t *fault);
+fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                         work_result_t *result, fault_t *fault);
+fault_code_t unit_samples(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                          work_result_t *result, fault_t *fault);
+fault_code_t unit_features(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                           work_result_t *result, fault_t *fault);
+
+/* Candidate `index` of length k: its technique and all of its numbers, as a pilot draws them and a seed repeats them. */
+uint32_t unit_candidate(const work_space_t *space, const target_t *target, uint64_t index, double *camera,
+                        double *light);
+
+/* The film of the space, zeroed. */
+fault_code_t unit_film(work_space_t *space, fault_t *fault);
+
+static inline void unit_moment(work_moments_t *moment, double value)
+{
+    moment->sum += value;
+    moment->sum2 += value * value;
+}
+
+/* Dimensions of a step's stream of random numbers: decisions first, then the two streams of the state. */
+enum {
+    UNIT_DRAW_MOVE = 0,
+    UNIT_DRAW_ACCEPT = 1,
+    UNIT_DRAW_TECHNIQUE = 2,
+    UNIT_DRAW_FILTER = 3, /* 4 of them: two splats */
+    UNIT_DRAW_CAMERA = 16,
+    UNIT_DRAW_LIGHT = 1024,
+    UNIT_DRAW_NEXT_EVENT = 2048 /* independent samples: 3 for each camera vertex */
+};
+
+/* Splats value at the raster position, moved by the filter. */
+static inline void unit_splat(const path_scene_t *scene, film_t *film, vec2_t raster, rgb_t value, uint64_t key,
+                              uint64_t draw)
+{
+    if (!scene->camera.filter_is_box) {
+        const vec2_t offset = camera_filter_offset(&scene->camera, random_double(key, draw),
+                                                   random_double(key, draw + 1));
+        raster.x += offset.x;
+        raster.y += offset.y;
+    }
+    film_splat(film, raster.x, raster.y, value);
+}
+
+#endif

@@ -1,0 +1,187 @@
+#include "chain/work.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "chain/unit.h"
+
+fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings_t *settings, fault_t *fault)
+{
+    *out = NULL;
+    renderer_t *renderer = calloc(1, sizeof *renderer);
+    if (!renderer)
+        return fault_set(fault, FAULT_MEMORY, "no memory for a renderer");
+    settings_t *s = &renderer->settings;
+    *s = *settings;
+    if (s->max_path_length == 0)
+        s->max_path_length = scene->camera->max_path_length ? scene->camera->max_path_length : 12;
+    if (s->max_path_length > PATH_MAX_LENGTH)
+        s->max_path_length = PATH_MAX_LENGTH;
+    scene_camera_t camera = *scene->camera;
+    if (s->filter >= 0) {
+        static const double usual[] = {0.5, 1, 1.5};
+        camera.filter = (uint32_t)s->filter;
+        camera.filter_radius[0] = camera.filter_radius[1] = s->filter_radius > 0 ? s->filter_radius : usual[s->filter];
+        if (!(camera.filter_sigma > 0))
+            camera.filter_sigma = 0.5;
+    }
+    scene_t view = *scene;
+    view.camera = &camera;
+    fault_code_t code = path_scene_init(&renderer->scene, &view, s->width, s->height, fault);
+    if (code) {
+        free(renderer);
+        return code;
+    }
+    renderer->scene.scene = scene;
+    s->width = renderer->scene.camera.width;
+    s->height = renderer->scene.camera.height;
+    renderer->kernel = kernel_of(s);
+    renderer->targets = malloc(sizeof *renderer->targets * (s->max_path_length + 1));
+    if (!renderer->targets) {
+        renderer_destroy(&renderer);
+        return fault_set(fault, FAULT_MEMORY, "no memory for the targets");
+    }
+    for (uint32_t k = 1; k <= s->max_path_length; k++)
+        target_init(&renderer->targets[k], &renderer->scene, s, k);
+    *out = renderer;
+    return FAULT_NONE;
+}
+
+void renderer_destroy(renderer_t **renderer)
+{
+    if (!*renderer)
+        return;
+    path_scene_clear(&(*renderer)->scene);
+    free((*renderer)->targets);
+    free(*renderer);
+    *renderer = NULL;
+}
+
+void renderer_film_size(const renderer_t *renderer, uint32_t *width, uint32_t *height)
+{
+    *width = renderer->settings.width;
+    *height = renderer->settings.height;
+}
+
+const settings_t *renderer_settings(const renderer_t *renderer)
+{
+    return &renderer->settings;
+}
+
+size_t renderer_bytes(const renderer_t *renderer)
+{
+    return sizeof *renderer + accel_bytes(renderer->scene.accel) +
+           (size_t)renderer->scene.lights.count * sizeof(light_emitter_t);
+}
+
+fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, fault_t *fault)
+{
+    *out = NULL;
+    work_space_t *space = aligned_alloc(64, (sizeof *space + 63) / 64 * 64);
+    if (!space)
+        return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
+    memset(space, 0, sizeof *space);
+    space->renderer = renderer;
+    space->moment_room = work_samples_moment(renderer->settings.max_path_length + 1);
+    if (space->moment_room < PATH_MAX_VERTICES + 1)
+        space->moment_room = PATH_MAX_VERTICES + 1;
+    space->moments = calloc(space->moment_room, sizeof *space->moments);
+    if (!space->moments) {
+        work_space_destroy(&space);
+        return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
+    }
+    *out = space;
+    return FAULT_NONE;
+}
+
+void work_space_destroy(work_space_t **space)
+{
+    if (!*space)
+        return;
+    film_clear(&(*space)->film);
+    free((*space)->moments);
+    free((*space)->weights);
+    free((*space)->features);
+    free(*space);
+    *space = NULL;
+}
+
+fault_code_t unit_film(work_space_t *space, fault_t *fault)
+{
+    const settings_t *settings = &space->renderer->settings;
+    if (!space->film.sums)
+        return film_init(&space->film, settings->width, settings->height, fault);
+    film_reset(&space->film);
+    return FAULT_NONE;
+}
+
+static fault_code_t work_check(const work_space_t *space, const work_record_t *record, fault_t *fault)
+{
+    const settings_t *settings = &space->renderer->settings;
+    const bool by_length = record->kind == WORK_PILOT || record->kind == WORK_CHAINS;
+    if (by_length && (record->length < 1 || record->length > settings->max_path_length))
+        return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 1 to %u", record->length,
+                         settings->max_path_length);
+    if (record->kind == WORK_CHAINS && space->renderer->targets[record->length].count == 0)
+        return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
+    if (record->kind == WORK_FEATURES && (record->first >= settings->height || record->count > settings->height - record->first))
+        return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",
+                         (unsigned long long)record->first, (unsigned long long)(record->first + record->count),
+                         settings->height);
+    return FAULT_NONE;
+}
+
+/* Room for what the record asks for. */
+static fault_code_t work_reserve(work_space_t *space, const work_record_t *record, fault_t *fault)
+{
+    if (record->kind == WORK_PILOT && record->count > space->weight_room) {
+        double *weights = realloc(space->weights, sizeof *weights * record->count);
+        if (!weights)
+            return fault_set(fault, FAULT_MEMORY, "no memory for %llu candidates", (unsigned long long)record->count);
+        space->weights = weights;
+        space->weight_room = (uint32_t)record->count;
+    }
+    const size_t features = record->kind == WORK_FEATURES
+                                ? (size_t)WORK_FEATURE_CHANNELS * space->renderer->settings.width * record->count
+                                : 0;
+    if (features > space->feature_room) {
+        float *room = realloc(space->features, sizeof *room * features);
+        if (!room)
+            return fault_set(fault, FAULT_MEMORY, "no memory for the feature layers");
+        space->features = room;
+        space->feature_room = features;
+    }
+    return FAULT_NONE;
+}
+
+fault_code_t work_run(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                      work_result_t *result, fault_t *fault)
+{
+    static fault_code_t (*const units[WORK_KINDS])(work_space_t *, const work_record_t *, const atomic_bool *,
+                                                   work_result_t *, fault_t *) = {
+        [WORK_PILOT] = unit_pilot,
+        [WORK_CHAINS] = unit_chains,
+        [WORK_SAMPLES] = unit_samples,
+        [WORK_FEATURES] = unit_features,
+    };
+    if (record->kind >= WORK_KINDS || !units[record->kind])
+        return fault_set(fault, FAULT_RANGE, "unit of unknown kind %u", record->kind);
+    TRY(work_check(space, record, fault));
+    TRY(work_reserve(space, record, fault));
+    *result = (work_result_t){.kind = record->kind, .length = record->length, .moments = space->moments};
+    memset(space->moments, 0, sizeof *space->moments * space->moment_room);
+    space->path.rays = space->path.shadow_rays = 0;
+    memset(space->path.rejects, 0, sizeof space->path.rejects);
+    const double begin = clock_thread_cpu();
+    TRY(units[record->kind](space, record, cancel, result, fault));
+    result->stats.cpu_seconds = clock_thread_cpu() - begin;
+    result->stats.rays = space->path.rays;
+    result->stats.shadow_rays = space->path.shadow_rays;
+    static_assert((int)PATH_REJECTS == (int)WORK_REJECTS, "the causes are the same");
+    memcpy(result->stats.rejects, space->path.rejects, sizeof result->stats.rejects);
+    if (result->has_film)
+        result->film = space->film;
+    return FAULT_NONE;
+}

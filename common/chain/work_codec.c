@@ -1,0 +1,310 @@
+/* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
+ *
+ * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; u64 seeds[count] for chains.
+ * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum, sum2);
+ * then by kind: pilot u32 weight_count and packed doubles; chains and samples a film; features packed floats.
+ * Packed: u32 size and that many octets of zstd. All little endian.
+ */
+#include <stdlib.h>
+#include <string.h>
+#include <zstd.h>
+
+#include "base/wire.h"
+#include "chain/work.h"
+#include "path/walk.h"
+
+enum { WORK_CODEC_VERSION = 1 };
+
+void work_record_clear(work_record_t *record)
+{
+    free(record->seeds);
+    *record = (work_record_t){0};
+}
+
+static void record_put(wire_writer_t *out, const work_record_t *record)
+{
+    wire_put_u32(out, WORK_CODEC_VERSION);
+    wire_put_u32(out, record->kind);
+    wire_put_u32(out, record->length);
+    wire_put_u64(out, record->first);
+    wire_put_u64(out, record->count);
+    wire_put_u64(out, record->mutations);
+    wire_put_f64(out, record->scale);
+    for (uint64_t i = 0; record->kind == WORK_CHAINS && i < record->count; i++)
+        wire_put_u64(out, record->seeds[i]);
+}
+
+/* Runs a writing function twice: to count, then to write into memory of that size. */
+#define CODEC_ENCODE(put, value, what)                                                                               \
+    do {                                                                                                             \
+        wire_writer_t out_;                                                                                          \
+        wire_writer_init(&out_, NULL, 0, what, fault);                                                               \
+        put(&out_, value);                                                                                           \
+        if (out_.code)                                                                                               \
+            return out_.code;                                                                                        \
+        *size = out_.at;                                                                                             \
+        *data = malloc(*size);                                                                                       \
+        if (!*data)                                                                                                  \
+            return fault_set(fault, FAULT_MEMORY, "%s: no memory for %zu octets", what, *size);                      \
+        wire_writer_init(&out_, *data, *size, what, fault);                                                          \
+        put(&out_, value);                                                                                           \
+        return out_.code;                                                                                            \
+    } while (0)
+
+fault_code_t work_record_encode(const work_record_t *record, uint8_t **data, size_t *size, fault_t *fault)
+{
+    CODEC_ENCODE(record_put, record, "unit record");
+}
+
+static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
+{
+    static const uint64_t most[WORK_KINDS] = {[WORK_PILOT] = WORK_MAX_CANDIDATES,
+                                              [WORK_CHAINS] = WORK_MAX_CHAINS,
+                                              [WORK_SAMPLES] = UINT64_C(1) << 40,
+                                              [WORK_FEATURES] = FILM_MAX_SIDE};
+    if (in->code)
+        return in->code;
+    if (r->kind == 0 || r->kind >= WORK_KINDS)
+        return wire_reader_fail(in, FAULT_FORMAT, "kind", "%u, expected 1 to %d", r->kind, WORK_KINDS - 1);
+    if (r->count == 0 || r->count > most[r->kind])
+        return wire_reader_fail(in, FAULT_RANGE, "count", "%llu, expected 1 to %llu", (unsigned long long)r->count,
+                                (unsigned long long)most[r->kind]);
+    if (r->first > UINT64_MAX / 2)
+        return wire_reader_fail(in, FAULT_RANGE, "first", "%llu is beyond 2^63", (unsigned long long)r->first);
+    const bool by_length = r->kind == WORK_PILOT || r->kind == WORK_CHAINS;
+    if (by_length ? r->length < 1 || r->length > PATH_MAX_LENGTH : r->length != 0)
+        return wire_reader_fail(in, FAULT_RANGE, "length", "%u does not go with the kind", r->length);
+    if (r->kind == WORK_CHAINS ? r->mutations < r->count || r->mutations > UINT64_C(1) << 40 : r->mutations != 0)
+        return wire_reader_fail(in, FAULT_RANGE, "mutations", "%llu does not go with kind and count",
+                                (unsigned long long)r->mutations);
+    if (r->kind == WORK_SAMPLES ? !(r->scale > 0) || !isfinite(r->scale) : r->scale != 0)
+        return wire_reader_fail(in, FAULT_RANGE, "scale", "%g does not go with the kind", r->scale);
+    return FAULT_NONE;
+}
+
+fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
+{
+    *record = (work_record_t){0};
+    wire_reader_t in;
+    wire_reader_init(&in, data, size, "unit record", fault);
+    const uint32_t version = wire_get_u32(&in, "version");
+    if (!in.code && version != WORK_CODEC_VERSION)
+        return wire_reader_fail(&in, FAULT_VERSION, "version", "%u, expected %d", version, WORK_CODEC_VERSION);
+    record->kind = wire_get_u32(&in, "kind");
+    record->length = wire_get_u32(&in, "length");
+    record->first = wire_get_u64(&in, "first");
+    record->count = wire_get_u64(&in, "count");
+    record->mutations = wire_get_u64(&in, "mutations");
+    record->scale = wire_get_f64(&in, "scale");
+    TRY(record_check(&in, record));
+    if (record->kind == WORK_CHAINS) {
+        const uint8_t *seeds = wire_get_raw(&in, "seeds", 8 * record->count);
+        if (!seeds)
+            return in.code;
+        record->seeds = malloc(8 * record->count);
+        if (!record->seeds)
+            return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its seeds");
+        memcpy(record->seeds, seeds, 8 * record->count);
+    }
+    const fault_code_t code = wire_reader_end(&in);
+    if (code)
+        work_record_clear(record);
+    return code;
+}
+
+/* ---- results ---- */
+
+/* What a result is written from: its arrays packed beforehand. */
+typedef struct result_parts {
+    const work_result_t *result;
+    uint8_t *packed; /* weights or features, or the film */
+    size_t packed_size;
+} result_parts_t;
+
+static void result_put(wire_writer_t *out, const result_parts_t *parts)
+{
+    const work_result_t *r = parts->result;
+    const work_stats_t *stats = &r->stats;
+    wire_put_u32(out, WORK_CODEC_VERSION);
+    wire_put_u32(out, r->kind);
+    wire_put_u32(out, r->length);
+    wire_put_f64(out, stats->cpu_seconds);
+    wire_put_u64(out, stats->rays);
+    wire_put_u64(out, stats->shadow_rays);
+    wire_put_u64(out, stats->evaluations);
+    for (int i = 0; i < WORK_REJECTS; i++)
+        wire_put_u64(out, stats->rejects[i]);
+    for (int i = 0; i < WORK_MOVES; i++) {
+        wire_put_u64(out, stats->proposed[i]);
+        wire_put_f64(out, stats->accepted[i]);
+    }
+    wire_put_u64(out, stats->zero_proposals);
+    wire_put_u64(out, stats->longest_stay);
+    wire_put_u32(out, r->moment_count);
+    for (uint32_t i = 0; i < r->moment_count; i++) {
+        wire_put_f64(out, r->moments[i].n);
+        wire_put_f64(out, r->moments[i].sum);
+        wire_put_f64(out, r->moments[i].sum2);
+    }
+    wire_put_bytes(out, "body", parts->packed, parts->packed_size, UINT32_MAX);
+}
+
+static fault_code_t pack(const void *from, size_t size, uint8_t **data, size_t *packed, fault_t *fault)
+{
+    const size_t room = ZSTD_compressBound(size);
+    *data = malloc(room);
+    if (!*data)
+        return fault_set(fault, FAULT_MEMORY, "unit result: no memory for %zu octets", room);
+    *packed = ZSTD_compress(*data, room, from, size, 1);
+    if (!ZSTD_isError(*packed))
+        return FAULT_NONE;
+    free(*data);
+    *data = NULL;
+    return fault_set(fault, FAULT_MEMORY, "unit result: zstd: %s", ZSTD_getErrorName(*packed));
+}
+
+static fault_code_t result_encode(const result_parts_t *parts, uint8_t **data, size_t *size, fault_t *fault)
+{
+    CODEC_ENCODE(result_put, parts, "unit result");
+}
+
+fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, size_t *size, fault_t *fault)
+{
+    result_parts_t parts = {.result = result};
+    if (result->kind == WORK_PILOT)
+        TRY(pack(result->weights, sizeof *result->weights * result->weight_count, &parts.packed, &parts.packed_size,
+                 fault));
+    else if (result->kind == WORK_FEATURES)
+        TRY(pack(result->features,
+                 sizeof *result->features * WORK_FEATURE_CHANNELS * result->feature_rows * result->feature_width,
+                 &parts.packed, &parts.packed_size, fault));
+    else
+        TRY(film_encode(&result->film, &parts.packed, &parts.packed_size, fault));
+    const fault_code_t code = result_encode(&parts, data, size, fault);
+    free(parts.packed);
+    return code;
+}
+
+static void result_get_stats(wire_reader_t *in, work_stats_t *stats)
+{
+    stats->cpu_seconds = wire_get_f64(in, "cpu_seconds");
+    stats->rays = wire_get_u64(in, "rays");
+    stats->shadow_rays = wire_get_u64(in, "shadow_rays");
+    stats->evaluations = wire_get_u64(in, "evaluations");
+    for (int i = 0; i < WORK_REJECTS; i++)
+        stats->rejects[i] = wire_get_u64(in, "rejects");
+    for (int i = 0; i < WORK_MOVES; i++) {
+        stats->proposed[i] = wire_get_u64(in, "proposed");
+        stats->accepted[i] = wire_get_f64(in, "accepted");
+        if (!in->code && !(stats->accepted[i] >= 0 && stats->accepted[i] <= (double)stats->proposed[i] * (1 + 1e-9)))
+            wire_reader_fail(in, FAULT_RANGE, "accepted", "%g of %llu", stats->accepted[i],
+                             (unsigned long long)stats->proposed[i]);
+    }
+    stats->zero_proposals = wire_get_u64(in, "zero_proposals");
+    stats->longest_stay = wire_get_u64(in, "longest_stay");
+    if (!in->code && !(stats->cpu_seconds >= 0 && stats->cpu_seconds < 1e9))
+        wire_reader_fail(in, FAULT_RANGE, "cpu_seconds", "%g", stats->cpu_seconds);
+}
+
+static fault_code_t result_get_moments(wire_reader_t *in, work_result_t *result, uint32_t expected, fault_t *fault)
+{
+    result->moment_count = wire_get_u32(in, "moment_count");
+    if (!in->code && result->moment_count != expected)
+        return wire_reader_fail(in, FAULT_FORMAT, "moment_count", "%u, expected %u", result->moment_count, expected);
+    result->moments = calloc(expected ? expected : 1, sizeof *result->moments);
+    if (!result->moments)
+        return fault_set(fault, FAULT_MEMORY, "unit result: no memory for %u moments", expected);
+    for (uint32_t i = 0; i < expected && !in->code; i++) {
+        work_moments_t *m = &result->moments[i];
+        m->n = wire_get_f64(in, "moments.n");
+        m->sum = wire_get_f64(in, "moments.sum");
+        m->sum2 = wire_get_f64(in, "moments.sum2");
+        if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
+            return wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u is negative or not finite", i);
+    }
+    return in->code;
+}
+
+/* Unpacks exactly `size` octets into new memory. */
+static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t packed_size, size_t size, void **out,
+                           fault_t *fault)
+{
+    *out = malloc(size ? size : 1);
+    if (!*out)
+        return fault_set(fault, FAULT_MEMORY, "unit result: no memory for %zu octets", size);
+    if (ZSTD_decompress(*out, size, packed, packed_size) == size)
+        return FAULT_NONE;
+    free(*out);
+    *out = NULL;
+    return wire_reader_fail(in, FAULT_FORMAT, "body", "does not unpack to %zu octets", size);
+}
+
+static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, const work_record_t *record,
+                                    uint32_t width, uint32_t height, fault_t *fault)
+{
+    size_t packed_size = 0;
+    const uint8_t *packed = wire_get_bytes(in, "body", UINT32_MAX, &packed_size);
+    if (!packed)
+        return in->code;
+    if (record->kind == WORK_PILOT) {
+        void *weights;
+        TRY(unpack(in, packed, packed_size, sizeof(double) * record->count, &weights, fault));
+        result->weights = weights;
+        result->weight_count = (uint32_t)record->count;
+        for (uint64_t i = 0; i < record->count; i++)
+            if (!(result->weights[i] >= 0) || !isfinite(result->weights[i]))
+                return wire_reader_fail(in, FAULT_RANGE, "body", "weight %llu is negative or not finite",
+                                        (unsigned long long)i);
+        return FAULT_NONE;
+    }
+    if (record->kind == WORK_FEATURES) {
+        void *features;
+        TRY(unpack(in, packed, packed_size, sizeof(float) * WORK_FEATURE_CHANNELS * record->count * width, &features,
+                   fault));
+        result->features = features;
+        result->feature_rows = (uint32_t)record->count;
+        result->feature_width = width;
+        return FAULT_NONE;
+    }
+    TRY(film_init(&result->film, width, height, fault));
+    result->has_film = true;
+    return film_decode(&result->film, packed, packed_size, fault);
+}
+
+fault_code_t work_result_decode(work_result_t *result, const work_record_t *record, uint32_t width, uint32_t height,
+                                uint32_t max_path_length, const uint8_t *data, size_t size, fault_t *fault)
+{
+    *result = (work_result_t){0};
+    wire_reader_t in;
+    wire_reader_init(&in, data, size, "unit result", fault);
+    const uint32_t version = wire_get_u32(&in, "version");
+    if (!in.code && version != WORK_CODEC_VERSION)
+        return wire_reader_fail(&in, FAULT_VERSION, "version", "%u, expected %d", version, WORK_CODEC_VERSION);
+    result->kind = wire_get_u32(&in, "kind");
+    result->length = wire_get_u32(&in, "length");
+    if (!in.code && (result->kind != record->kind || result->length != record->length))
+        return wire_reader_fail(&in, FAULT_FORMAT, "kind", "%u of length %u, expected %u of length %u", result->kind,
+                                result->length, record->kind, record->length);
+    result_get_stats(&in, &result->stats);
+    const uint32_t moments = record->kind == WORK_FEATURES  ? 0
+                             : record->kind == WORK_SAMPLES ? work_samples_moment(max_path_length + 1)
+                                                            : record->length + 2;
+    fault_code_t code = result_get_moments(&in, result, moments, fault);
+    if (!code)
+        code = result_get_body(&in, result, record, width, height, fault);
+    if (!code)
+        code = wire_reader_end(&in);
+    if (code)
+        work_result_clear(result);
+    return code;
+}
+
+void work_result_clear(work_result_t *result)
+{
+    free(result->moments);
+    free(result->weights);
+    free(result->features);
+    if (result->has_film)
+        film_clear(&result->film);
+    *result = (work_result_t){0};
+}

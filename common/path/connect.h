@@ -1,0 +1,32 @@
+/* connect.h: joins two walks into a path, with its contribution and its balance-heuristic weight.
+ *
+ * For the path of technique (s, t): value = w_s(x) f(x) / p_s(x) (linear RGB; pixels times radiance, light-transport's C
+ * before the scalar target is taken), the same for every technique that can make x.
+ *
+ * Weights: w_s = 1 / sum_j p_j / p_s over the techniques j that the length's mask allows and that do not join at a specular vertex
+ * (Veach 1997, 10.2.1, in ratios: r_i = reverse density / density at vertex i; sums by Horner's rule from
+ * the outer end, so that nothing is multiplied out). A sum that leaves double's range is done again in extended
+ * precision.
+ */
+#ifndef PATH_CONNECT_H
+#define PATH_CONNECT_H
+
+#include "path/walk.h"
+
+typedef struct path_value {
+    rgb_t value;   /* w f / p */
+    vec2_t raster; /* in the camera's sampled domain */
+} path_value_t;
+
+/* Which techniques s of a length take part: allowed[s], s = 0 .. k, 1 or 0. */
+typedef struct path_techniques {
+    uint8_t allowed[PATH_MAX_VERTICES];
+} path_techniques_t;
+
+/* Joins the first s vertices of the light walk and the first t of the camera walk, s + t >= 2, t >= 1. `y0`, if not
+ * null, stands in for the light walk's first vertex (s = 1 only). For t = 1 the camera walk is the lens sample.
+ * False if the path carries nothing. */
+bool path_connect(const path_scene_t *scene, path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
+                  const path_techniques_t *techniques, path_value_t *out);
+
+#endif

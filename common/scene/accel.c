@@ -1,0 +1,362 @@
+#include "scene/accel.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/random.h"
+#include "scene/texture.h"
+
+/* What a geometry's callbacks need to know: its user data. */
+typedef struct accel_geometry {
+    const accel_t *accel;
+    uint32_t shape; /* of a mesh */
+} accel_geometry_t;
+
+struct accel {
+    RTCDevice device;
+    RTCScene scene;
+    const scene_t *data;
+    accel_geometry_t *geometries; /* one a mesh shape */
+    uint32_t *analytic;           /* shapes of the user geometry (spheres, disks), by primitive */
+    uint32_t analytic_count, analytic_id;
+    uint32_t *shape_of_geometry;
+    _Atomic size_t bytes;
+};
+
+static bool accel_memory(void *user, ssize_t bytes, bool post)
+{
+    (void)post;
+    ((accel_t *)user)->bytes += (size_t)bytes;
+    return true;
+}
+
+/* ---- spheres and disks: user geometry, in double ---- */
+
+static void analytic_bounds(const struct RTCBoundsFunctionArguments *args)
+{
+    const accel_t *accel = args->geometryUserPtr;
+    const scene_shape_t *shape = &accel->data->shapes[accel->analytic[args->primID]];
+    float half[3];
+    for (int axis = 0; axis < 3; axis++) {
+        const float n = shape->normal[axis];
+        half[axis] = shape->kind == SCENE_SHAPE_SPHERE ? shape->radius
+                                                       : shape->radius * sqrtf(fmaxf(0, 1 - n * n));
+        half[axis] += 1e-6f * (half[axis] + fabsf(shape->centre[axis])) + 1e-30f;
+    }
+    const float *c = shape->centre;
+    *args->bounds_o = (struct RTCBounds){c[0] - half[0], c[1] - half[1], c[2] - half[2], 0,
+                                         c[0] + half[0], c[1] + half[1], c[2] + half[2], 0};
+}
+
+/* The nearest root in (near, far) of the ray with the sphere; 0 roots -> false. Half-b form; the discriminant from
+ * the distance of the line to the centre, which does not cancel (Hearn and Baker; Haines et al., Ray Tracing Gems,
+ * chapter 7). */
+static bool analytic_sphere(const scene_shape_t *shape, vec3_t o, vec3_t d, double near, double far, double *t)
+{
+    const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
+    const double r = shape->radius, a = vec3_dot(d, d), b = -vec3_dot(f, d);
+    const vec3_t l = vec3_mad(f, b / a, d);
+    const double discriminant = r * r - vec3_dot(l, l);
+    if (discriminant < 0)
+        return false;
+    const double c = vec3_dot(f, f) - r * r;
+    const double q = b + copysign(sqrt(a * discriminant), b);
+    double t0 = c / q, t1 = q / a;
+    if (t0 > t1) {
+        const double swap = t0;
+        t0 = t1;
+        t1 = swap;
+    }
+    if (t0 > near && t0 < far) {
+        *t = t0;
+        return true;
+    }
+    if (t1 > near && t1 < far) {
+        *t = t1;
+        return true;
+    }
+    return false;
+}
+
+static bool analytic_disk(const scene_shape_t *shape, vec3_t o, vec3_t d, double near, double far, double *t)
+{
+    const vec3_t n = vec3(shape->normal[0], shape->normal[1], shape->normal[2]);
+    const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
+    const double cosine = vec3_dot(n, d);
+    if (cosine == 0)
+        return false;
+    *t = -vec3_dot(n, f) / cosine;
+    const vec3_t p = vec3_mad(f, *t, d);
+    return *t > near && *t < far && vec3_dot(p, p) <= (double)shape->radius * shape->radius;
+}
+
+static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct RTCRay *ray, double *t)
+{
+    const scene_shape_t *shape = &accel->data->shapes[accel->analytic[primitive]];
+    const vec3_t o = vec3(ray->org_x, ray->org_y, ray->org_z), d = vec3(ray->dir_x, ray->dir_y, ray->dir_z);
+    return (shape->kind == SCENE_SHAPE_SPHERE ? analytic_sphere : analytic_disk)(shape, o, d, ray->tnear, ray->tfar,
+                                                                                 t);
+}
+
+/* Whether a hit on a shape with opacity counts. The coordinates are those of the hit point in single precision. */
+static bool accel_opaque(const accel_t *accel, uint32_t shape_index, uint32_t primitive, float a, float b,
+                         const struct RTCRay *ray, double t)
+{
+    const scene_t *scene = accel->data;
+    const scene_shape_t *shape = &scene->shapes[shape_index];
+    double u = a, v = b;
+    if (shape->kind == SCENE_SHAPE_MESH && (shape->flags & SCENE_SHAPE_UVS)) {
+        const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + primitive);
+        const float *uv[3];
+        for (int i = 0; i < 3; i++)
+            uv[i] = scene->uvs + 2 * ((size_t)shape->first_vertex + corner[i]);
+        const double w = 1 - u - v;
+        const double u_hit = w * uv[0][0] + u * uv[1][0] + v * uv[2][0];
+        v = w * uv[0][1] + u * uv[1][1] + v * uv[2][1];
+        u = u_hit;
+    }
+    const double opacity = texture_param_scalar(scene, &shape->alpha, u, v);
+    if (opacity >= 1)
+        return true;
+    if (opacity <= 0)
+        return false;
+    uint32_t bits[3];
+    const float place[3] = {ray->org_x + (float)t * ray->dir_x, ray->org_y + (float)t * ray->dir_y,
+                            ray->org_z + (float)t * ray->dir_z};
+    memcpy(bits, place, sizeof bits);
+    const uint64_t key = random_mix(((uint64_t)bits[0] << 32 | bits[1]) + RANDOM_GAMMA) ^
+                         ((uint64_t)bits[2] << 32 | shape_index);
+    return random_double(key, primitive) < opacity;
+}
+
+static void analytic_intersect(const struct RTCIntersectFunctionNArguments *args)
+{
+    if (!args->valid[0])
+        return;
+    const accel_t *accel = args->geometryUserPtr;
+    struct RTCRayHit *rayhit = (struct RTCRayHit *)args->rayhit; /* N = 1: only single rays are traced */
+    double t;
+    if (!analytic_hit(accel, args->primID, &rayhit->ray, &t))
+        return;
+    const uint32_t shape = accel->analytic[args->primID];
+    if ((accel->data->shapes[shape].alpha.texture >= 0 || accel->data->shapes[shape].alpha.value[0] < 1) &&
+        !accel_opaque(accel, shape, 0, 0, 0, &rayhit->ray, t))
+        return;
+    rayhit->ray.tfar = (float)t;
+    rayhit->hit.Ng_x = 0;
+    rayhit->hit.Ng_y = 0;
+    rayhit->hit.Ng_z = 1;
+    rayhit->hit.u = 0;
+    rayhit->hit.v = 0;
+    rayhit->hit.primID = args->primID;
+    rayhit->hit.geomID = args->geomID;
+    rayhit->hit.instID[0] = args->context->instID[0];
+}
+
+static void analytic_occluded(const struct RTCOccludedFunctionNArguments *args)
+{
+    if (!args->valid[0])
+        return;
+    const accel_t *accel = args->geometryUserPtr;
+    struct RTCRay *ray = (struct RTCRay *)args->ray;
+    double t;
+    if (!analytic_hit(accel, args->primID, ray, &t))
+        return;
+    const uint32_t shape = accel->analytic[args->primID];
+    if ((accel->data->shapes[shape].alpha.texture >= 0 || accel->data->shapes[shape].alpha.value[0] < 1) &&
+        !accel_opaque(accel, shape, 0, 0, 0, ray, t))
+        return;
+    ray->tfar = -INFINITY;
+}
+
+/* ---- meshes ---- */
+
+static void mesh_filter(const struct RTCFilterFunctionNArguments *args)
+{
+    const accel_geometry_t *geometry = args->geometryUserPtr;
+    const struct RTCRay *ray = (const struct RTCRay *)args->ray; /* N = 1 */
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    if (args->valid[0] == -1 && !accel_opaque(geometry->accel, geometry->shape, hit->primID, hit->u, hit->v, ray, ray->tfar))
+        args->valid[0] = 0;
+}
+
+static fault_code_t accel_device_fault(const accel_t *accel, fault_t *fault)
+{
+    const enum RTCError error = accel->device ? rtcGetDeviceError(accel->device) : rtcGetDeviceError(NULL);
+    return fault_set(fault, error == RTC_ERROR_OUT_OF_MEMORY ? FAULT_MEMORY : FAULT_UNSUPPORTED,
+                     "Embree: error %d while building the scene", (int)error);
+}
+
+static fault_code_t accel_add_mesh(accel_t *accel, uint32_t index, fault_t *fault)
+{
+    const scene_t *scene = accel->data;
+    const scene_shape_t *shape = &scene->shapes[index];
+    RTCGeometry geometry = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    /* Copies: Embree reads 16 bytes at the last vertex, which shared memory might not have. */
+    float *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
+                                              shape->vertices);
+    uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
+                                                shape->triangles);
+    if (!vertices || !indices) {
+        rtcReleaseGeometry(geometry);
+        return accel_device_fault(accel, fault);
+    }
+    memcpy(vertices, scene->positions + 3 * (size_t)shape->first_vertex, 12 * (size_t)shape->vertices);
+    memcpy(indices, scene->indices + 3 * (size_t)shape->first_triangle, 12 * (size_t)shape->triangles);
+    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    accel->geometries[index] = (accel_geometry_t){accel, index};
+    rtcSetGeometryUserData(geometry, &accel->geometries[index]);
+    if (shape->alpha.texture >= 0 || shape->alpha.value[0] < 1) {
+        rtcSetGeometryIntersectFilterFunction(geometry, mesh_filter);
+        rtcSetGeometryOccludedFilterFunction(geometry, mesh_filter);
+    }
+    rtcCommitGeometry(geometry);
+    const uint32_t id = rtcAttachGeometry(accel->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    accel->shape_of_geometry[id] = index;
+    return FAULT_NONE;
+}
+
+static void accel_add_analytic(accel_t *accel)
+{
+    RTCGeometry geometry = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, accel->analytic_count);
+    rtcSetGeometryUserData(geometry, accel);
+    rtcSetGeometryBoundsFunction(geometry, analytic_bounds, NULL);
+    rtcSetGeometryIntersectFunction(geometry, analytic_intersect);
+    rtcSetGeometryOccludedFunction(geometry, analytic_occluded);
+    rtcCommitGeometry(geometry);
+    accel->analytic_id = rtcAttachGeometry(accel->scene, geometry);
+    rtcReleaseGeometry(geometry);
+}
+
+fault_code_t accel_new(accel_t **out, const scene_t *scene, fault_t *fault)
+{
+    accel_t *accel = calloc(1, sizeof *accel);
+    if (!accel)
+        return fault_set(fault, FAULT_MEMORY, "no memory for the accelerator");
+    accel->data = scene;
+    accel->analytic_id = RTC_INVALID_GEOMETRY_ID;
+    accel->geometries = calloc(scene->shape_count + 1, sizeof *accel->geometries);
+    accel->analytic = calloc(scene->shape_count + 1, sizeof *accel->analytic);
+    accel->shape_of_geometry = calloc(scene->shape_count + 1, sizeof *accel->shape_of_geometry);
+    fault_code_t code = FAULT_NONE;
+    if (!accel->geometries || !accel->analytic || !accel->shape_of_geometry) {
+        code = fault_set(fault, FAULT_MEMORY, "no memory for %u shapes", scene->shape_count);
+        goto cleanup;
+    }
+    accel->device = rtcNewDevice("threads=1,set_affinity=0");
+    if (!accel->device) {
+        code = accel_device_fault(accel, fault);
+        goto cleanup;
+    }
+    rtcSetDeviceMemoryMonitorFunction(accel->device, accel_memory, accel);
+    accel->scene = rtcNewScene(accel->device);
+    rtcSetSceneFlags(accel->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(accel->scene, RTC_BUILD_QUALITY_HIGH);
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        const scene_shape_t *shape = &scene->shapes[i];
+        if (scene->materials[shape->material].kind == SCENE_MATERIAL_INTERFACE && shape->area_light < 0)
+            continue;
+        if (shape->kind != SCENE_SHAPE_MESH)
+            accel->analytic[accel->analytic_count++] = i;
+        else if (shape->triangles > 0) {
+            code = accel_add_mesh(accel, i, fault);
+            if (code)
+                goto cleanup;
+        }
+    }
+    if (accel->analytic_count > 0)
+        accel_add_analytic(accel);
+    rtcCommitScene(accel->scene);
+    if (rtcGetDeviceError(accel->device) != RTC_ERROR_NONE)
+        code = fault_set(fault, FAULT_MEMORY, "Embree could not build the scene");
+cleanup:
+    if (code)
+        accel_destroy(&accel);
+    *out = accel;
+    return code;
+}
+
+void accel_destroy(accel_t **accel)
+{
+    if (!*accel)
+        return;
+    if ((*accel)->scene)
+        rtcReleaseScene((*accel)->scene);
+    if ((*accel)->device)
+        rtcReleaseDevice((*accel)->device);
+    free((*accel)->geometries);
+    free((*accel)->analytic);
+    free((*accel)->shape_of_geometry);
+    free(*accel);
+    *accel = NULL;
+}
+
+/* Embree's assertions abort beyond about 1e18; one comparison sees NaN and infinity too. */
+static bool accel_ray_sound(vec3_t origin, vec3_t direction)
+{
+    const double limit = 1e18;
+    return vec3_max_abs(origin) < limit && vec3_max_abs(direction) < limit && vec3_finite(origin) &&
+           vec3_finite(direction);
+}
+
+static struct RTCRay accel_ray(vec3_t origin, vec3_t direction, float far)
+{
+    return (struct RTCRay){.org_x = (float)origin.x,
+                           .org_y = (float)origin.y,
+                           .org_z = (float)origin.z,
+                           .dir_x = (float)direction.x,
+                           .dir_y = (float)direction.y,
+                           .dir_z = (float)direction.z,
+                           .tnear = 0,
+                           .tfar = far,
+                           .mask = UINT32_MAX};
+}
+
+accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direction, accel_hit_t *hit)
+{
+    if (!accel_ray_sound(origin, direction))
+        return ACCEL_BAD_RAY;
+    struct RTCRayHit rayhit = {.ray = accel_ray(origin, direction, INFINITY)};
+    rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(accel->scene, &context, &rayhit);
+    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return ACCEL_MISS;
+    const bool analytic = rayhit.hit.geomID == accel->analytic_id;
+    hit->shape = analytic ? accel->analytic[rayhit.hit.primID] : accel->shape_of_geometry[rayhit.hit.geomID];
+    hit->primitive = analytic ? 0 : rayhit.hit.primID;
+    hit->t = rayhit.ray.tfar;
+    return ACCEL_HIT;
+}
+
+static accel_answer_t accel_any(const accel_t *accel, vec3_t origin, vec3_t direction, float far)
+{
+    if (!accel_ray_sound(origin, direction))
+        return ACCEL_BAD_RAY;
+    struct RTCRay ray = accel_ray(origin, direction, far);
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(accel->scene, &context, &ray);
+    return ray.tfar < 0 ? ACCEL_HIT : ACCEL_MISS;
+}
+
+accel_answer_t accel_occluded(const accel_t *accel, vec3_t from, vec3_t to)
+{
+    return accel_any(accel, from, vec3_sub(to, from), 1);
+}
+
+accel_answer_t accel_occluded_beyond(const accel_t *accel, vec3_t origin, vec3_t direction)
+{
+    return accel_any(accel, origin, direction, INFINITY);
+}
+
+size_t accel_bytes(const accel_t *accel)
+{
+    return accel->bytes;
+}

@@ -1,0 +1,145 @@
+#include "scene/surface.h"
+
+static vec3_t surface_vec(const float *p)
+{
+    return vec3(p[0], p[1], p[2]);
+}
+
+static double surface_clamp(double x)
+{
+    return x < 0 ? 0 : x > 1 ? 1 : x;
+}
+
+/* dp/du of a triangle from its corners' texture coordinates; zero where they are degenerate. */
+static vec3_t surface_triangle_tangent(vec3_t e1, vec3_t e2, double du1, double dv1, double du2, double dv2)
+{
+    const double determinant = du1 * dv2 - dv1 * du2;
+    if (determinant == 0)
+        return e1;
+    return vec3_scale(vec3_sub(vec3_scale(e1, dv2), vec3_scale(e2, dv1)), 1 / determinant);
+}
+
+static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, uint32_t primitive, vec3_t origin,
+                             vec3_t direction, bool want_uv, surface_t *out)
+{
+    const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + primitive);
+    const size_t base = shape->first_vertex;
+    const size_t a = base + corner[0], b = base + corner[1], c = base + corner[2];
+    const vec3_t p0 = surface_vec(scene->positions + 3 * a), p1 = surface_vec(scene->positions + 3 * b),
+                 p2 = surface_vec(scene->positions + 3 * c);
+    const vec3_t e1 = vec3_sub(p1, p0), e2 = vec3_sub(p2, p0);
+    const vec3_t n = vec3_cross(e1, e2);
+    const double n2 = vec3_dot(n, n), det = vec3_dot(n, direction);
+    if (!(n2 > 0) || det == 0)
+        return false;
+    /* Moeller and Trumbore 1997 with the normal at hand: b1 = -((q x d).e2) / (n.d), b2 = ((q x d).e1) / (n.d),
+     * q = origin - p0. */
+    const vec3_t q = vec3_sub(origin, p0), r = vec3_cross(q, direction);
+    const double inverse = 1 / det;
+    double b1 = -vec3_dot(r, e2) * inverse, b2 = vec3_dot(r, e1) * inverse;
+    if (b1 < 0 || b2 < 0 || b1 + b2 > 1) { /* outside by rounding: to the triangle's edge */
+        b1 = surface_clamp(b1);
+        b2 = surface_clamp(b2);
+        if (b1 + b2 > 1) {
+            const double scale = 1 / (b1 + b2);
+            b1 *= scale;
+            b2 *= scale;
+        }
+    }
+    out->position = vec3_mad(vec3_mad(p0, b1, e1), b2, e2);
+    out->epsilon = SURFACE_EPSILON * fmax(vec3_max_abs(p0), fmax(vec3_max_abs(p1), vec3_max_abs(p2)));
+    out->ng = vec3_scale(n, (shape->flags & SCENE_SHAPE_FLIP ? -1 : 1) / sqrt(n2));
+    out->ns = out->ng;
+    if (shape->flags & SCENE_SHAPE_NORMALS) {
+        const vec3_t n0 = surface_vec(scene->normals + 3 * a), n1 = surface_vec(scene->normals + 3 * b),
+                     n2v = surface_vec(scene->normals + 3 * c);
+        const vec3_t ns = vec3_mad(vec3_mad(vec3_scale(n0, 1 - b1 - b2), b1, n1), b2, n2v);
+        const double length2 = vec3_dot(ns, ns);
+        if (length2 > 1e-12) /* else the corners cancel and say nothing */
+            out->ns = vec3_scale(ns, (vec3_dot(ns, out->ng) < 0 ? -1 : 1) / sqrt(length2));
+    }
+    if (want_uv) {
+        if (shape->flags & SCENE_SHAPE_UVS) {
+            const float *t0 = scene->uvs + 2 * a, *t1 = scene->uvs + 2 * b, *t2 = scene->uvs + 2 * c;
+            const double du1 = t1[0] - t0[0], dv1 = t1[1] - t0[1], du2 = t2[0] - t0[0], dv2 = t2[1] - t0[1];
+            out->u = t0[0] + b1 * du1 + b2 * du2;
+            out->v = t0[1] + b1 * dv1 + b2 * dv2;
+            out->tangent = surface_triangle_tangent(e1, e2, du1, dv1, du2, dv2);
+        } else { /* (0,0), (1,0), (1,1) */
+            out->u = b1 + b2;
+            out->v = b2;
+            out->tangent = e1;
+        }
+    }
+    return true;
+}
+
+static bool surface_sphere(const scene_shape_t *shape, double near_t, vec3_t origin, vec3_t direction, bool want_uv,
+                           surface_t *out)
+{
+    const vec3_t centre = surface_vec(shape->centre);
+    const double radius = shape->radius;
+    const vec3_t f = vec3_sub(origin, centre);
+    const double a = vec3_dot(direction, direction), b = -vec3_dot(f, direction) / a;
+    const vec3_t l = vec3_mad(f, b, direction); /* from the centre to the line's nearest point */
+    const double discriminant = fmax(0, radius * radius - vec3_dot(l, l));
+    const double half = sqrt(discriminant / a);
+    /* Of the two roots b -+ half the one that Embree found, which knows it to single precision. */
+    const double t = fabs(b - half - near_t) < fabs(b + half - near_t) ? b - half : b + half;
+    const vec3_t p = vec3_mad(f, t, direction);
+    const vec3_t n = vec3_unit(p);
+    out->position = vec3_mad(centre, radius, n);
+    out->epsilon = SURFACE_EPSILON * (vec3_max_abs(centre) + radius);
+    out->ng = shape->flags & SCENE_SHAPE_FLIP ? vec3_neg(n) : n;
+    out->ns = out->ng;
+    if (want_uv) {
+        const vec3_t axis = surface_vec(shape->normal), zero = surface_vec(shape->tangent);
+        const double z = vec3_dot(n, axis), x = vec3_dot(n, zero), y = vec3_dot(n, vec3_cross(axis, zero));
+        const double phi = atan2(y, x);
+        out->u = (phi < 0 ? phi + 2 * MATH_PI : phi) * (0.5 * MATH_INV_PI);
+        /* pbrt: v = (theta - theta_zmin) / (theta_zmax - theta_zmin), theta_zmin = pi at the south pole */
+        out->v = 1 - acos(z < -1 ? -1 : z > 1 ? 1 : z) * MATH_INV_PI;
+        out->tangent = vec3_cross(axis, n);
+    }
+    return true;
+}
+
+static bool surface_disk(const scene_shape_t *shape, vec3_t origin, vec3_t direction, bool want_uv, surface_t *out)
+{
+    const vec3_t centre = surface_vec(shape->centre), n = vec3_unit(surface_vec(shape->normal));
+    const vec3_t f = vec3_sub(origin, centre);
+    const double cosine = vec3_dot(n, direction);
+    if (cosine == 0)
+        return false;
+    vec3_t p = vec3_mad(f, -vec3_dot(n, f) / cosine, direction);
+    p = vec3_mad(p, -vec3_dot(p, n), n);
+    const double r = vec3_length(p), radius = shape->radius;
+    if (r > radius)
+        p = vec3_scale(p, radius / r);
+    out->position = vec3_add(centre, p);
+    out->epsilon = SURFACE_EPSILON * (vec3_max_abs(centre) + radius);
+    out->ng = shape->flags & SCENE_SHAPE_FLIP ? vec3_neg(n) : n;
+    out->ns = out->ng;
+    if (want_uv) {
+        const vec3_t zero = surface_vec(shape->tangent);
+        const double phi = atan2(vec3_dot(p, vec3_cross(n, zero)), vec3_dot(p, zero));
+        out->u = (phi < 0 ? phi + 2 * MATH_PI : phi) * (0.5 * MATH_INV_PI);
+        out->v = 1 - fmin(1, r / radius);
+        out->tangent = vec3_cross(n, p);
+    }
+    return true;
+}
+
+bool surface_at_hit(const scene_t *scene, const accel_hit_t *hit, vec3_t origin, vec3_t direction, bool want_uv,
+                    surface_t *out)
+{
+    const scene_shape_t *shape = &scene->shapes[hit->shape];
+    switch (shape->kind) {
+    case SCENE_SHAPE_MESH:
+        return surface_triangle(scene, shape, hit->primitive, origin, direction, want_uv, out);
+    case SCENE_SHAPE_SPHERE:
+        return surface_sphere(shape, hit->t, origin, direction, want_uv, out);
+    default:
+        return surface_disk(shape, origin, direction, want_uv, out);
+    }
+}
