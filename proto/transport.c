@@ -26,14 +26,27 @@ struct transport {
 
 /* ---- making ---- */
 
-static fault_code_t check_address(const char *address, fault_t *fault)
+/* Digits from 0 (any free port, when binding) or 1 to 65535, or * when binding. */
+static bool is_port(const char *text, bool master)
+{
+    if (master && strcmp(text, "*") == 0)
+        return true;
+    const size_t digits = strspn(text, "0123456789");
+    if (digits == 0 || digits > 5 || text[digits] != '\0')
+        return false;
+    const long port = strtol(text, NULL, 10);
+    return port <= UINT16_MAX && (port > 0 || master);
+}
+
+static fault_code_t check_address(const char *address, bool master, fault_t *fault)
 {
     const bool tcp = strncmp(address, "tcp://", 6) == 0;
     if ((!tcp && strncmp(address, "ipc://", 6) != 0) || address[6] == '\0')
         return fault_set(fault, FAULT_USAGE, "address \"%s\": expected tcp://host:port or ipc://path", address);
-    if (tcp && !strrchr(address + 6, ':'))
-        return fault_set(fault, FAULT_USAGE, "address \"%s\": a port is missing, expected tcp://host:port",
-                         address);
+    const char *colon = strrchr(address + 6, ':');
+    if (tcp && (!colon || colon == address + 6 || !is_port(colon + 1, master)))
+        return fault_set(fault, FAULT_USAGE,
+                         "address \"%s\": expected tcp://host:port with a port from %d to 65535", address, !master);
     if (strlen(address) >= ADDRESS_SIZE)
         return fault_set(fault, FAULT_USAGE, "address of %zu octets, at most %d are allowed", strlen(address),
                          ADDRESS_SIZE - 1);
@@ -122,7 +135,7 @@ static fault_code_t make(transport_t **out, const char *address, const transport
                          fault_t *fault)
 {
     *out = NULL;
-    TRY(check_address(address, fault));
+    TRY(check_address(address, master, fault));
     transport_t *t = calloc(1, sizeof *t);
     if (!t)
         return fault_set(fault, FAULT_MEMORY, "no memory for a connection");
@@ -188,7 +201,8 @@ static fault_code_t send_fault(const transport_t *t, fault_t *fault)
     if (errno == EHOSTUNREACH)
         return fault_set(fault, FAULT_NOT_FOUND, "the peer is no longer connected");
     if (errno == EAGAIN)
-        return fault_set(fault, FAULT_LIMIT, "the queue to %s is full", t->master ? "the peer" : t->address);
+        return fault_set(fault, FAULT_LIMIT, "the queue to %s is full, or it broke the connection",
+                         t->master ? "the peer" : t->address);
     return fault_set(fault, FAULT_IO, "sending: %s", zmq_strerror(errno));
 }
 
