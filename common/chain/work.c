@@ -7,6 +7,35 @@
 #include "base/clock.h"
 #include "chain/unit.h"
 
+/* The scene's camera with the settings' filter in place of its own. */
+static scene_camera_t renderer_camera(const settings_t *settings, const scene_t *scene)
+{
+    static const double usual[SCENE_FILTER_KINDS] = {0.5, 1, 1.5};
+    scene_camera_t camera = *scene->camera;
+    if (settings->filter < 0)
+        return camera;
+    camera.filter = (uint32_t)settings->filter;
+    camera.filter_radius[0] = settings->filter_radius > 0 ? settings->filter_radius : usual[settings->filter];
+    camera.filter_radius[1] = camera.filter_radius[0];
+    if (!(camera.filter_sigma > 0))
+        camera.filter_sigma = 0.5;
+    return camera;
+}
+
+fault_code_t renderer_complete_settings(settings_t *settings, const scene_t *scene, fault_t *fault)
+{
+    const scene_camera_t data = renderer_camera(settings, scene);
+    camera_t camera;
+    TRY(camera_init(&camera, &data, settings->width, settings->height, fault));
+    settings->width = camera.width;
+    settings->height = camera.height;
+    if (settings->max_path_length == 0)
+        settings->max_path_length = scene->camera->max_path_length ? scene->camera->max_path_length : 12;
+    if (settings->max_path_length > PATH_MAX_LENGTH)
+        settings->max_path_length = PATH_MAX_LENGTH;
+    return FAULT_NONE;
+}
+
 fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings_t *settings, fault_t *fault)
 {
     *out = NULL;
@@ -15,34 +44,18 @@ fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings
         return fault_set(fault, FAULT_MEMORY, "no memory for a renderer");
     settings_t *s = &renderer->settings;
     *s = *settings;
-    if (s->max_path_length == 0)
-        s->max_path_length = scene->camera->max_path_length ? scene->camera->max_path_length : 12;
-    if (s->max_path_length > PATH_MAX_LENGTH)
-        s->max_path_length = PATH_MAX_LENGTH;
-    scene_camera_t camera = *scene->camera;
-    if (s->filter >= 0) {
-        static const double usual[] = {0.5, 1, 1.5};
-        camera.filter = (uint32_t)s->filter;
-        camera.filter_radius[0] = camera.filter_radius[1] = s->filter_radius > 0 ? s->filter_radius : usual[s->filter];
-        if (!(camera.filter_sigma > 0))
-            camera.filter_sigma = 0.5;
-    }
-    scene_t view = *scene;
-    view.camera = &camera;
-    fault_code_t code = path_scene_init(&renderer->scene, &view, s->width, s->height, fault);
+    const scene_camera_t camera = renderer_camera(s, scene);
+    fault_code_t code = path_scene_init(&renderer->scene, scene, &camera, s->width, s->height, fault);
+    if (!code)
+        code = renderer_complete_settings(s, scene, fault);
+    renderer->targets = code ? NULL : malloc(sizeof *renderer->targets * (s->max_path_length + 1));
+    if (!code && !renderer->targets)
+        code = fault_set(fault, FAULT_MEMORY, "no memory for the targets");
     if (code) {
-        free(renderer);
+        renderer_destroy(&renderer);
         return code;
     }
-    renderer->scene.scene = scene;
-    s->width = renderer->scene.camera.width;
-    s->height = renderer->scene.camera.height;
     renderer->kernel = kernel_of(s);
-    renderer->targets = malloc(sizeof *renderer->targets * (s->max_path_length + 1));
-    if (!renderer->targets) {
-        renderer_destroy(&renderer);
-        return fault_set(fault, FAULT_MEMORY, "no memory for the targets");
-    }
     for (uint32_t k = 1; k <= s->max_path_length; k++)
         target_init(&renderer->targets[k], &renderer->scene, s, k);
     *out = renderer;

@@ -25,6 +25,8 @@ typedef struct work_space work_space_t;
 
 /* Builds what rendering needs: the Embree scene, light tables, materials. `scene` is borrowed for the renderer's life. */
 fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings_t *settings, fault_t *fault);
+/* Fills in what settings leave to the scene: film size, path length. Needs no Embree. */
+fault_code_t renderer_complete_settings(settings_t *settings, const scene_t *scene, fault_t *fault);
 void renderer_destroy(renderer_t **renderer);
 void renderer_film_size(const renderer_t *renderer, uint32_t *width, uint32_t *height);
 const settings_t *renderer_settings(const renderer_t *renderer); /* with the scene's values filled in */

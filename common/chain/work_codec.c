@@ -21,8 +21,9 @@ void work_record_clear(work_record_t *record)
     *record = (work_record_t){0};
 }
 
-static void record_put(wire_writer_t *out, const work_record_t *record)
+static void record_put(wire_writer_t *out, const void *value)
 {
+    const work_record_t *record = value;
     wire_put_u32(out, WORK_CODEC_VERSION);
     wire_put_u32(out, record->kind);
     wire_put_u32(out, record->length);
@@ -35,25 +36,27 @@ static void record_put(wire_writer_t *out, const work_record_t *record)
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
-#define CODEC_ENCODE(put, value, what)                                                                               \
-    do {                                                                                                             \
-        wire_writer_t out_;                                                                                          \
-        wire_writer_init(&out_, NULL, 0, what, fault);                                                               \
-        put(&out_, value);                                                                                           \
-        if (out_.code)                                                                                               \
-            return out_.code;                                                                                        \
-        *size = out_.at;                                                                                             \
-        *data = malloc(*size);                                                                                       \
-        if (!*data)                                                                                                  \
-            return fault_set(fault, FAULT_MEMORY, "%s: no memory for %zu octets", what, *size);                      \
-        wire_writer_init(&out_, *data, *size, what, fault);                                                          \
-        put(&out_, value);                                                                                           \
-        return out_.code;                                                                                            \
-    } while (0)
+static fault_code_t codec_encode(void (*put)(wire_writer_t *, const void *), const void *value, const char *what,
+                                 uint8_t **data, size_t *size, fault_t *fault)
+{
+    *data = NULL;
+    wire_writer_t out;
+    wire_writer_init(&out, NULL, 0, what, fault);
+    put(&out, value);
+    if (out.code)
+        return out.code;
+    *size = out.at;
+    *data = malloc(*size);
+    if (!*data)
+        return fault_set(fault, FAULT_MEMORY, "%s: no memory for %zu octets", what, *size);
+    wire_writer_init(&out, *data, *size, what, fault);
+    put(&out, value);
+    return out.code;
+}
 
 fault_code_t work_record_encode(const work_record_t *record, uint8_t **data, size_t *size, fault_t *fault)
 {
-    CODEC_ENCODE(record_put, record, "unit record");
+    return codec_encode(record_put, record, "unit record", data, size, fault);
 }
 
 static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
@@ -121,8 +124,9 @@ typedef struct result_parts {
     size_t packed_size;
 } result_parts_t;
 
-static void result_put(wire_writer_t *out, const result_parts_t *parts)
+static void result_put(wire_writer_t *out, const void *value)
 {
+    const result_parts_t *parts = value;
     const work_result_t *r = parts->result;
     const work_stats_t *stats = &r->stats;
     wire_put_u32(out, WORK_CODEC_VERSION);
@@ -163,11 +167,6 @@ static fault_code_t pack(const void *from, size_t size, uint8_t **data, size_t *
     return fault_set(fault, FAULT_MEMORY, "unit result: zstd: %s", ZSTD_getErrorName(*packed));
 }
 
-static fault_code_t result_encode(const result_parts_t *parts, uint8_t **data, size_t *size, fault_t *fault)
-{
-    CODEC_ENCODE(result_put, parts, "unit result");
-}
-
 fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, size_t *size, fault_t *fault)
 {
     result_parts_t parts = {.result = result};
@@ -180,7 +179,7 @@ fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, siz
                  &parts.packed, &parts.packed_size, fault));
     else
         TRY(film_encode(&result->film, &parts.packed, &parts.packed_size, fault));
-    const fault_code_t code = result_encode(&parts, data, size, fault);
+    const fault_code_t code = codec_encode(result_put, &parts, "unit result", data, size, fault);
     free(parts.packed);
     return code;
 }
@@ -264,6 +263,9 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
         result->features = features;
         result->feature_rows = (uint32_t)record->count;
         result->feature_width = width;
+        for (size_t i = 0; i < (size_t)WORK_FEATURE_CHANNELS * record->count * width; i++)
+            if (!isfinite(result->features[i]))
+                return wire_reader_fail(in, FAULT_RANGE, "body", "feature %zu is not finite", i);
         return FAULT_NONE;
     }
     TRY(film_init(&result->film, width, height, fault));

@@ -32,11 +32,11 @@ static bool material_wants_uv(const scene_t *scene, int32_t index)
     return false;
 }
 
-fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, uint32_t width, uint32_t height,
-                             fault_t *fault)
+fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scene_camera_t *camera, uint32_t width,
+                             uint32_t height, fault_t *fault)
 {
     *out = (path_scene_t){.scene = scene};
-    fault_code_t code = camera_init(&out->camera, scene->camera, width, height, fault);
+    fault_code_t code = camera_init(&out->camera, camera, width, height, fault);
     if (!code)
         code = light_set_init(&out->lights, scene, fault);
     if (!code)

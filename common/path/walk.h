@@ -36,8 +36,10 @@ typedef struct path_scene {
     uint32_t camera_dimensions; /* before the first scattering: 2 for a pinhole, else 4 */
 } path_scene_t;
 
-fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, uint32_t width, uint32_t height,
-                             fault_t *fault);
+/* `scene` is borrowed for the result's life; `camera` stands in for the scene's own, with a film of width x height (0:
+ * its own). */
+fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scene_camera_t *camera, uint32_t width,
+                             uint32_t height, fault_t *fault);
 void path_scene_clear(path_scene_t *scene);
 
 /* Why a path was thrown away; indices of path_space_t.rejects. */

@@ -1,0 +1,33 @@
+/* exact.h: sums of doubles that do not depend on the order of the summands: 128-bit fixed point in a chosen unit.
+ * Each summand is rounded to 2^-40 of the unit; the sum of the rounded values is exact. */
+#ifndef PLAN_EXACT_H
+#define PLAN_EXACT_H
+
+#include <stdint.h>
+
+/* __extension__: 128-bit integers are GNU C. */
+__extension__ typedef __int128 exact_int_t;
+__extension__ typedef unsigned __int128 exact_uint_t;
+
+typedef struct exact_sum {
+    exact_int_t value;
+} exact_sum_t;
+
+/* Adds x / unit; a value beyond 2^85 units counts as that much (what is estimated has no meaning then). */
+static inline void exact_add(exact_sum_t *sum, double x, double unit)
+{
+    double scaled = x / unit * 0x1p40;
+    const double limit = 0x1p125;
+    scaled = scaled < limit ? scaled : limit;
+    scaled = scaled > -limit ? scaled : -limit;
+    const exact_int_t add = (exact_int_t)(scaled + (scaled < 0 ? -0.5 : 0.5));
+    if (__builtin_add_overflow(sum->value, add, &sum->value))
+        sum->value = add;
+}
+
+static inline double exact_value(const exact_sum_t *sum, double unit)
+{
+    return (double)sum->value * 0x1p-40 * unit;
+}
+
+#endif

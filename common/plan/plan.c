@@ -1,0 +1,386 @@
+#include "plan/plan.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "plan/plan_state.h"
+
+/* Refuses what the scene cannot give before any work is done. */
+static fault_code_t plan_check_scene(const scene_t *scene, fault_t *fault)
+{
+    light_set_t lights = {0};
+    const fault_code_t code = light_set_init(&lights, scene, fault);
+    if (!code)
+        light_set_clear(&lights);
+    return code;
+}
+
+fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, fault_t *fault)
+{
+    *out = NULL;
+    TRY(plan_check_scene(scene, fault));
+    plan_t *plan = calloc(1, sizeof *plan);
+    if (!plan)
+        return fault_set(fault, FAULT_MEMORY, "no memory for a plan");
+    plan->job = *job;
+    plan->settings = job->settings;
+    plan->scene = scene;
+    plan->error = NAN;
+    fault_code_t code = renderer_complete_settings(&plan->settings, scene, fault);
+    if (code)
+        goto cleanup;
+    const settings_t *s = &plan->settings;
+    plan->pixels = (size_t)s->width * s->height;
+    plan->lengths = calloc(s->max_path_length + 1, sizeof *plan->lengths);
+    plan->squares = calloc(plan->pixels, FILM_CHANNELS * sizeof *plan->squares);
+    plan->features = calloc(plan->pixels, WORK_FEATURE_CHANNELS * sizeof *plan->features);
+    if (!plan->lengths || !plan->squares || !plan->features) {
+        code = fault_set(fault, FAULT_MEMORY, "no memory for an image of %u x %u", s->width, s->height);
+        goto cleanup;
+    }
+    plan_size_pilot(plan);
+    for (uint32_t k = 1; k <= s->max_path_length && !code; k++) {
+        plan->lengths[k].weights = calloc(plan->lengths[k].candidates, sizeof(double));
+        if (!plan->lengths[k].weights)
+            code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's candidates");
+    }
+cleanup:
+    if (code)
+        plan_destroy(&plan);
+    *out = plan;
+    return code;
+}
+
+void plan_destroy(plan_t **out)
+{
+    plan_t *plan = *out;
+    if (!plan)
+        return;
+    for (uint64_t i = 0; i < plan->unit_count; i++)
+        work_record_clear(&plan->units[i].record);
+    for (uint32_t k = 0; plan->lengths && k <= plan->settings.max_path_length; k++) {
+        free(plan->lengths[k].weights);
+        film_clear(&plan->lengths[k].film);
+    }
+    free(plan->units);
+    free(plan->lengths);
+    free(plan->squares);
+    free(plan->features);
+    free(plan);
+    *out = NULL;
+}
+
+/* ---- handing out ---- */
+
+bool plan_generate(plan_t *plan)
+{
+    if (plan->unit_count == plan->unit_room) {
+        const uint64_t room = plan->unit_room ? 2 * plan->unit_room : 256;
+        plan_unit_t *units = realloc(plan->units, sizeof *units * room);
+        if (!units)
+            return false;
+        plan->units = units;
+        plan->unit_room = room;
+    }
+    plan_unit_t *unit = &plan->units[plan->unit_count];
+    *unit = (plan_unit_t){0};
+    if (plan->pilot_next < plan->pilot_units) {
+        if (plan_pilot_record(plan, plan->pilot_next, &unit->record))
+            return false;
+        plan->pilot_next++;
+    } else if (plan->phase != PLAN_RENDER || !plan_render_record(plan, &unit->record)) {
+        return false;
+    }
+    plan->unit_count++;
+    return true;
+}
+
+bool plan_next(plan_t *plan, uint64_t *unit, const work_record_t **record)
+{
+    if (plan->stopped)
+        return false;
+    while (plan->resume < plan->unit_count) {
+        plan_unit_t *again = &plan->units[plan->resume];
+        if (again->state == PLAN_UNIT_OUT && !again->handed) {
+            again->handed = true;
+            *unit = plan->resume++;
+            *record = &again->record;
+            return true;
+        }
+        plan->resume++;
+    }
+    if (!plan_generate(plan))
+        return false;
+    *unit = plan->unit_count - 1;
+    plan->resume = plan->unit_count;
+    plan->units[*unit].handed = true;
+    *record = &plan->units[*unit].record;
+    return true;
+}
+
+const work_record_t *plan_record(const plan_t *plan, uint64_t unit)
+{
+    return unit < plan->unit_count && plan->units[unit].state == PLAN_UNIT_OUT ? &plan->units[unit].record : NULL;
+}
+
+/* ---- taking in ---- */
+
+static void absorb_moments(plan_moments_t *to, const work_moments_t *from, double unit)
+{
+    to->n += from->n;
+    exact_add(&to->sum, from->sum, unit);
+    exact_add(&to->sum2, from->sum2, unit * unit);
+}
+
+static void absorb_pilot(plan_t *plan, const work_record_t *record, const work_result_t *result)
+{
+    plan_length_t *length = &plan->lengths[record->length];
+    memcpy(length->weights + record->first, result->weights, sizeof(double) * record->count);
+    /* The pilot's sums have no unit yet: b_k comes from the weights themselves once all are in. */
+}
+
+static void absorb_features(plan_t *plan, const work_record_t *record, const work_result_t *result)
+{
+    const size_t row = (size_t)WORK_FEATURE_CHANNELS * plan->settings.width;
+    memcpy(plan->features + row * record->first, result->features, sizeof(float) * row * record->count);
+}
+
+/* Adds the squares of a unit's pixels: what the variance between units comes from. */
+static void absorb_squares(plan_t *plan, const film_t *film, double c)
+{
+    const double scale = c / FILM_ONE * 0x1p10;
+    for (size_t i = 0; i < FILM_CHANNELS * plan->pixels; i++) {
+        if (film->sums[i] == 0)
+            continue;
+        const double x = (double)film->sums[i] * scale;
+        plan->squares[i] += (exact_uint_t)(x * x + 0.5);
+    }
+}
+
+static fault_code_t absorb_film(plan_t *plan, plan_length_t *length, const work_result_t *result, fault_t *fault)
+{
+    if (!length->film.sums)
+        TRY(film_init(&length->film, plan->settings.width, plan->settings.height, fault));
+    film_add(&length->film, &result->film);
+    const film_counts_t *counts = &result->film.counts;
+    plan->film_counts.splats += counts->splats;
+    plan->film_counts.outside += counts->outside;
+    plan->film_counts.nonfinite += counts->nonfinite;
+    plan->film_counts.negative += counts->negative;
+    plan->film_counts.saturated += counts->saturated;
+    return FAULT_NONE;
+}
+
+static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, const work_result_t *result,
+                                  fault_t *fault)
+{
+    plan_length_t *length = &plan->lengths[record->length];
+    TRY(absorb_film(plan, length, result, fault));
+    absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max);
+    for (uint32_t i = 0; i < result->moment_count; i++)
+        absorb_moments(&length->moments[i], &result->moments[i], length->b);
+    for (int i = 0; i < WORK_MOVES; i++) {
+        length->proposed[i] += result->stats.proposed[i];
+        exact_add(&length->accepted[i], result->stats.accepted[i], 1);
+    }
+    length->zero_proposals += result->stats.zero_proposals;
+    if (result->stats.longest_stay > length->longest_stay)
+        length->longest_stay = result->stats.longest_stay;
+    length->merged += record->mutations;
+    length->units_in++;
+    length->cpu_seconds += result->stats.cpu_seconds;
+    return FAULT_NONE;
+}
+
+static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, const work_result_t *result,
+                                   fault_t *fault)
+{
+    plan_length_t *all = &plan->lengths[0];
+    TRY(absorb_film(plan, all, result, fault));
+    absorb_squares(plan, &result->film, 1);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const work_moments_t *from = result->moments + work_samples_moment(k);
+        for (uint32_t i = 0; i <= k + 1; i++)
+            absorb_moments(&plan->lengths[k].moments[i], &from[i], plan->b);
+    }
+    all->merged += record->count;
+    all->units_in++;
+    all->cpu_seconds += result->stats.cpu_seconds;
+    return FAULT_NONE;
+}
+
+static void absorb_totals(plan_t *plan, const work_stats_t *stats)
+{
+    plan->totals.cpu_seconds += stats->cpu_seconds;
+    plan->totals.rays += stats->rays;
+    plan->totals.shadow_rays += stats->shadow_rays;
+    plan->totals.evaluations += stats->evaluations;
+    for (int i = 0; i < WORK_REJECTS; i++)
+        plan->totals.rejects[i] += stats->rejects[i];
+}
+
+/* The pilot's estimate of b_k from its candidates, in their order; seeds are made ready. */
+static void pilot_finish_length(plan_t *plan, plan_length_t *length)
+{
+    double sum = 0, sum2 = 0;
+    for (uint64_t i = 0; i < length->candidates; i++) {
+        sum += length->weights[i];
+        sum2 += length->weights[i] * length->weights[i];
+    }
+    length->b = sum / (double)length->candidates;
+    if (length->b > 0 && plan_is_chains(plan))
+        absorb_moments(&length->moments[0], &(work_moments_t){(double)length->candidates, sum, sum2}, length->b);
+    if (plan_is_chains(plan)) {
+        plan_prepare_seeds(length);
+    } else {
+        free(length->weights);
+        length->weights = NULL;
+    }
+}
+
+static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
+{
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        pilot_finish_length(plan, &plan->lengths[k]);
+    plan->phase = PLAN_RENDER;
+    plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
+    plan->error_next = plan->in + 16;
+    const fault_code_t code = plan_size_render(plan, fault);
+    if (code)
+        plan->stopped = true;
+    return code;
+}
+
+fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
+                         fault_t *fault)
+{
+    *how = PLAN_UNKNOWN;
+    if (unit >= plan->unit_count)
+        return FAULT_NONE;
+    plan_unit_t *entry = &plan->units[unit];
+    *how = PLAN_DUPLICATE;
+    if (entry->state == PLAN_UNIT_IN)
+        return FAULT_NONE;
+    *how = PLAN_UNKNOWN;
+    work_record_t *record = &entry->record;
+    work_result_t result;
+    TRY(work_result_decode(&result, record, plan->settings.width, plan->settings.height,
+                           plan->settings.max_path_length, data, size, fault));
+    fault_code_t code = FAULT_NONE;
+    switch (record->kind) {
+    case WORK_PILOT:
+        absorb_pilot(plan, record, &result);
+        break;
+    case WORK_FEATURES:
+        absorb_features(plan, record, &result);
+        break;
+    case WORK_CHAINS:
+        code = absorb_chains(plan, record, &result, fault);
+        break;
+    default:
+        code = absorb_samples(plan, record, &result, fault);
+    }
+    if (!code) {
+        absorb_totals(plan, &result.stats);
+        entry->state = PLAN_UNIT_IN;
+        work_record_clear(record);
+        plan->in++;
+        *how = PLAN_MERGED;
+    }
+    work_result_clear(&result);
+    TRY(code);
+    if (plan->phase == PLAN_PILOT && plan->in == plan->pilot_units)
+        return plan_finish_pilot(plan, fault);
+    return FAULT_NONE;
+}
+
+/* ---- stopping ---- */
+
+/* Every length that has a share has been seen: the image is whole, if noisy. */
+static bool plan_has_image(const plan_t *plan)
+{
+    if (plan->phase != PLAN_RENDER)
+        return false;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        if (plan->lengths[k].share > 0 && plan->lengths[k].budget > 0 && plan->lengths[k].units_in == 0)
+            return false;
+    return true;
+}
+
+static bool plan_spent(const plan_t *plan)
+{
+    if (plan->phase != PLAN_RENDER || plan->in < plan->unit_count)
+        return false;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        if (plan->lengths[k].share > 0 && plan->lengths[k].handed < plan->lengths[k].budget)
+            return false;
+    return true;
+}
+
+static bool plan_stop(plan_t *plan, const char *rule)
+{
+    plan->stopped = true;
+    plan->stopped_by = rule;
+    return true;
+}
+
+bool plan_check_stop(plan_t *plan, double seconds)
+{
+    const job_stop_t *stop = &plan->job.stop;
+    plan->seconds = seconds;
+    if (plan->stopped || !plan_has_image(plan))
+        return false;
+    if (plan_spent(plan))
+        return plan_stop(plan, "mutations_per_pixel");
+    if (stop->seconds > 0 && seconds >= stop->seconds)
+        return plan_stop(plan, "seconds");
+    if (plan->in >= plan->error_next) {
+        const double relmse = plan_estimate_relmse(plan);
+        plan->error = sqrt(relmse);
+        plan->error_next = plan->in + (plan->in / 10 > 8 ? plan->in / 10 : 8);
+        if (stop->error > 0 && plan->error <= stop->error)
+            return plan_stop(plan, "error");
+    }
+    return false;
+}
+
+bool plan_finished(const plan_t *plan)
+{
+    return plan->stopped;
+}
+
+static double plan_merged(const plan_t *plan)
+{
+    double merged = 0;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        merged += (double)plan->lengths[k].merged;
+    return merged;
+}
+
+void plan_progress(const plan_t *plan, plan_progress_t *progress)
+{
+    const job_stop_t *stop = &plan->job.stop;
+    *progress = (plan_progress_t){.phase = plan->stopped ? PLAN_DONE : plan->phase,
+                                  .mutations = plan_merged(plan),
+                                  .error = plan->error,
+                                  .seconds = plan->seconds,
+                                  .seconds_left = NAN,
+                                  .units_out = plan->unit_count - plan->in,
+                                  .units_in = plan->in,
+                                  .stopped_by = plan->stopped_by};
+    progress->mutations_per_pixel = progress->mutations / (double)plan->pixels;
+    if (plan->phase == PLAN_PILOT) {
+        progress->fraction = stop->seconds > 0 ? fmin(1, plan->seconds / stop->seconds) : 0;
+        return;
+    }
+    double fraction = 0;
+    if (plan->mutations_total > 0)
+        fraction = fmax(fraction, progress->mutations / plan->mutations_total);
+    if (stop->seconds > 0)
+        fraction = fmax(fraction, plan->seconds / stop->seconds);
+    if (stop->error > 0 && plan->error > 0) /* error falls as 1 / sqrt(work) */
+        fraction = fmax(fraction, stop->error * stop->error / (plan->error * plan->error));
+    progress->fraction = fmin(1, fraction);
+    if (fraction > 0 && plan->seconds > 0)
+        progress->seconds_left = fmax(0, plan->seconds * (1 / fraction - 1));
+}

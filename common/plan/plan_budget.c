@@ -1,0 +1,192 @@
+/* plan_budget.c: how much of what, in which order: a function of job and scene alone. */
+#include <stdlib.h>
+
+#include "plan/plan_state.h"
+
+enum {
+    PILOT_UNIT = 8192,          /* candidates: some milliseconds */
+    PILOT_LEAST = 4096, PILOT_USUAL = 1 << 17, PILOT_MOST = 1 << 19, /* candidates a length */
+    PILOT_SCALE = 8192,         /* candidates a length where only the scale is wanted: pt and bdpt */
+    CHAIN_USUAL = 1 << 14,      /* mutations a chain */
+    UNIT_LEAST = 1 << 14, UNIT_SMALLEST = 1 << 18, UNIT_LARGEST = 1 << 23, /* mutations a unit */
+    UNITS_LEAST = 16,           /* a length, so that its variance can be estimated */
+    FEATURE_RAYS = 1 << 17      /* a unit */
+};
+
+static uint64_t at_least(uint64_t a, uint64_t b)
+{
+    return a > b ? a : b;
+}
+
+static uint64_t at_most(uint64_t a, uint64_t b)
+{
+    return a < b ? a : b;
+}
+
+void plan_size_pilot(plan_t *plan)
+{
+    const settings_t *s = &plan->settings;
+    const job_stop_t *stop = &plan->job.stop;
+    const double K = s->max_path_length;
+    plan->mutations_total = stop->mutations_per_pixel > 0 ? ceil(stop->mutations_per_pixel * (double)plan->pixels) : 0;
+    double candidates = PILOT_USUAL;
+    if (!plan_is_chains(plan))
+        candidates = PILOT_SCALE;
+    else if (plan->mutations_total > 0) /* a tenth of the work */
+        candidates = plan->mutations_total / 10 / K;
+    else if (stop->seconds > 0) /* a tenth of the time of one worker, at a million a second */
+        candidates = stop->seconds * 1e5 / K;
+    if (candidates > PILOT_MOST)
+        candidates = PILOT_MOST;
+    uint64_t count = at_least((uint64_t)candidates, PILOT_LEAST);
+    if (s->pilot_samples > 0)
+        count = s->pilot_samples;
+    plan->pilot_unit_candidates = (uint32_t)at_most(count, PILOT_UNIT);
+    const uint64_t units = (count + plan->pilot_unit_candidates - 1) / plan->pilot_unit_candidates;
+    for (uint32_t k = 1; k <= s->max_path_length; k++)
+        plan->lengths[k].candidates = units * plan->pilot_unit_candidates;
+    plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
+    plan->pilot_units = units * s->max_path_length + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+}
+
+fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
+{
+    const uint32_t K = plan->settings.max_path_length;
+    const uint64_t per_length = plan->lengths[1].candidates / plan->pilot_unit_candidates;
+    *record = (work_record_t){0};
+    if (index < per_length * K) {
+        record->kind = WORK_PILOT;
+        record->length = 1 + (uint32_t)(index % K);
+        record->first = index / K * plan->pilot_unit_candidates;
+        record->count = plan->pilot_unit_candidates;
+        return FAULT_NONE;
+    }
+    record->kind = WORK_FEATURES;
+    record->first = (index - per_length * K) * plan->feature_rows;
+    record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
+    return FAULT_NONE;
+}
+
+/* Shares of the mutations: in proportion to b_k, but no length that carries light gets less than half a percent. */
+static void budget_shares(plan_t *plan)
+{
+    const double least = 0.005;
+    double sum = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        length->share = length->b > 0 ? fmax(length->b / plan->b, least) : 0;
+        sum += length->share;
+    }
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        length->share /= sum;
+        if (length->share > 0)
+            plan->weight_max = fmax(plan->weight_max, length->b / length->share);
+    }
+}
+
+/* Divides the rule's mutations among the lengths, to the last one. */
+static void budget_total(plan_t *plan)
+{
+    uint64_t left = (uint64_t)plan->mutations_total;
+    double share_left = 1;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        length->budget = plan->mutations_total > 0 ? 0 : UINT64_MAX;
+        if (length->share == 0 || plan->mutations_total == 0)
+            continue;
+        const double part = share_left > 0 ? length->share / share_left : 1;
+        length->budget = part >= 1 - 1e-12 ? left : at_most(left, (uint64_t)llround(part * (double)left));
+        left -= length->budget;
+        share_left -= length->share;
+    }
+}
+
+static void budget_units(plan_t *plan)
+{
+    const uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
+    const uint64_t chain = plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        uint64_t mutations = usual;
+        if (length->share * 8 < 1) /* a length of little energy: smaller units, so that it has some */
+            mutations = at_least((uint64_t)((double)usual * length->share * 8), UNIT_LEAST);
+        if (length->budget != UINT64_MAX)
+            mutations = at_least(at_most(mutations, length->budget / UNITS_LEAST), 1);
+        length->unit_mutations = mutations;
+        length->unit_chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
+    }
+}
+
+fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
+{
+    plan->b = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        plan->b += plan->lengths[k].b;
+    if (!(plan->b > 0))
+        return fault_set(fault, FAULT_NO_LIGHT,
+                         "no light reaches the camera: none of %llu candidate paths of each length 1 to %u carries any",
+                         (unsigned long long)plan->lengths[1].candidates, plan->settings.max_path_length);
+    if (plan_is_chains(plan)) {
+        budget_shares(plan);
+        budget_total(plan);
+        budget_units(plan);
+        return FAULT_NONE;
+    }
+    plan->scale = exp2(-rint(log2(plan->b)));
+    plan->weight_max = 1 / plan->scale;
+    uint64_t unit = at_most(at_least(plan->pixels, UNIT_LEAST), UNIT_SMALLEST);
+    plan->lengths[0].budget = plan->mutations_total > 0 ? (uint64_t)plan->mutations_total : UINT64_MAX;
+    if (plan->lengths[0].budget != UINT64_MAX)
+        unit = at_least(at_most(unit, plan->lengths[0].budget / UNITS_LEAST), 1);
+    plan->lengths[0].share = 1;
+    plan->lengths[0].unit_mutations = unit;
+    return FAULT_NONE;
+}
+
+/* The length that lags most behind its share. */
+static uint32_t budget_neediest(const plan_t *plan)
+{
+    double handed = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        handed += (double)plan->lengths[k].handed;
+    uint32_t neediest = 0;
+    double need = -INFINITY;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        if (length->share == 0 || length->handed >= length->budget)
+            continue;
+        const double lag = (length->share * (handed + (double)length->unit_mutations) - (double)length->handed) /
+                           (double)length->unit_mutations;
+        if (lag > need) {
+            need = lag;
+            neediest = k;
+        }
+    }
+    return neediest;
+}
+
+bool plan_render_record(plan_t *plan, work_record_t *record)
+{
+    *record = (work_record_t){0};
+    const uint32_t k = plan_is_chains(plan) ? budget_neediest(plan) : 0;
+    plan_length_t *length = &plan->lengths[k];
+    if (length->share == 0 || length->handed >= length->budget)
+        return false;
+    const uint64_t count = at_most(length->unit_mutations, length->budget - length->handed);
+    if (k == 0) {
+        *record = (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
+    } else {
+        const uint64_t chains = at_most(length->unit_chains, count);
+        *record = (work_record_t){.kind = WORK_CHAINS, .length = k, .first = length->chains, .count = chains,
+                                  .mutations = count, .seeds = malloc(sizeof(uint64_t) * chains)};
+        if (!record->seeds)
+            return false;
+        for (uint64_t i = 0; i < chains; i++)
+            record->seeds[i] = plan_seed(plan, k, length->chains + i);
+        length->chains += chains;
+    }
+    length->handed += count;
+    length->units_out++;
+    return true;
+}

@@ -1,0 +1,59 @@
+/* plan_image.c: the layers of the image (docs/images.md). */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "plan/plan_state.h"
+
+static const char *const plan_channels[] = {"R",        "G",        "B",        "stderr.R", "stderr.G",
+                                            "stderr.B", "samples",  "albedo.R", "albedo.G", "albedo.B",
+                                            "N.X",      "N.Y",      "N.Z",      "Z"};
+enum { PLAN_CHANNELS = sizeof plan_channels / sizeof *plan_channels };
+
+/* Mutations (their weight) or samples that the pixel got. */
+static double plan_samples_at(const plan_t *plan, size_t pixel)
+{
+    if (!plan_is_chains(plan))
+        return (double)plan->lengths[0].merged / (double)plan->pixels;
+    double samples = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const film_t *film = &plan->lengths[k].film;
+        if (!film->sums)
+            continue;
+        const int64_t *sum = film->sums + FILM_CHANNELS * pixel;
+        const rgb_t value = rgb((double)sum[0] / FILM_ONE, (double)sum[1] / FILM_ONE, (double)sum[2] / FILM_ONE);
+        samples += plan->settings.target == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value);
+    }
+    return samples;
+}
+
+static fault_code_t plan_image_attributes(const plan_t *plan, image_t *image, fault_t *fault)
+{
+    char *job = job_print(&plan->job);
+    fault_code_t code = image_set_attribute(image, "garland.job", job ? job : "", fault);
+    free(job);
+    if (!code)
+        code = image_set_attribute(image, "garland.version", GARLAND_VERSION, fault);
+    if (!code)
+        code = image_set_attribute(image, "garland.instructions", GARLAND_ARCH, fault);
+    return code;
+}
+
+fault_code_t plan_image(const plan_t *plan, image_t *image, fault_t *fault)
+{
+    TRY(image_init(image, plan->settings.width, plan->settings.height, PLAN_CHANNELS, plan_channels, fault));
+    for (size_t p = 0; p < plan->pixels; p++) {
+        double value[3], variance[3];
+        plan_pixel(plan, p, value, variance);
+        for (uint32_t c = 0; c < 3; c++) {
+            image_channel(image, c)[p] = (float)value[c];
+            image_channel(image, 3 + c)[p] = (float)sqrt(variance[c]);
+        }
+        image_channel(image, 6)[p] = (float)plan_samples_at(plan, p);
+        for (uint32_t c = 0; c < WORK_FEATURE_CHANNELS; c++)
+            image_channel(image, 7 + c)[p] = plan->features[WORK_FEATURE_CHANNELS * p + c];
+    }
+    const fault_code_t code = plan_image_attributes(plan, image, fault);
+    if (code)
+        image_clear(image);
+    return code;
+}

@@ -1,0 +1,135 @@
+/* plan_report.c: the report (docs/reports.md): what was done, what it found, what it cost. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "plan/plan_state.h"
+
+static const char *const move_names[WORK_MOVES] = {"large", "small", "technique"};
+static const char *const reject_names[WORK_REJECTS] = {"nonfinite_ray", "nonfinite_weight", "nonfinite_value",
+                                                       "negative_value"};
+
+static json_t *report_estimate(double value, double error)
+{
+    json_t *object = json_new_object();
+    json_add_number(object, "value", value);
+    json_add_number(object, "standard_error", error);
+    return object;
+}
+
+static json_t *report_moves(const plan_length_t *length)
+{
+    json_t *moves = json_new_object();
+    for (int i = 0; i < WORK_MOVES; i++) {
+        if (length->proposed[i] == 0)
+            continue;
+        json_t *move = json_new_object();
+        json_add_number(move, "proposed", (double)length->proposed[i]);
+        json_add_number(move, "acceptance", exact_value(&length->accepted[i], 1) / (double)length->proposed[i]);
+        json_add(moves, move_names[i], move);
+    }
+    return moves;
+}
+
+static json_t *report_length(const plan_t *plan, uint32_t k)
+{
+    const plan_length_t *length = &plan->lengths[k];
+    const bool chains = plan_is_chains(plan);
+    plan_length_t scaled = *length;
+    if (!chains)
+        scaled.b = plan->b; /* the unit of the samples' sums */
+    json_t *object = json_new_object();
+    json_add_number(object, "length", k);
+    double error;
+    double b = plan_length_b(&scaled, &error);
+    json_add(object, "b", report_estimate(b, error));
+    json_t *techniques = json_new_array();
+    for (uint32_t s = 0; s <= k; s++) {
+        b = plan_technique_b(&scaled, s, &error);
+        json_t *technique = report_estimate(b, error);
+        json_add_number(technique, "s", s);
+        json_append(techniques, technique);
+    }
+    json_add(object, "techniques", techniques);
+    if (!chains)
+        return object;
+    json_add_number(object, "share", length->share);
+    json_add_number(object, "mutations", (double)length->merged);
+    json_add_number(object, "chains", (double)length->chains);
+    json_add_number(object, "cpu_seconds", length->cpu_seconds);
+    json_add(object, "moves", report_moves(length));
+    json_add_number(object, "zero_contribution", (double)length->zero_proposals);
+    json_add_number(object, "longest_stay", (double)length->longest_stay);
+    return object;
+}
+
+static json_t *report_error(const plan_t *plan)
+{
+    const double relmse = plan_estimate_relmse(plan);
+    json_t *error = json_new_object();
+    json_add_number(error, "relmse", relmse);
+    json_add_number(error, "error", sqrt(relmse));
+    json_add_string(error, "method", "variance between units of work, and of b");
+    return error;
+}
+
+static json_t *report_rejects(const plan_t *plan)
+{
+    json_t *rejects = json_new_object();
+    for (int i = 0; i < WORK_REJECTS; i++)
+        json_add_number(rejects, reject_names[i], (double)plan->totals.rejects[i]);
+    json_add_number(rejects, "film_nonfinite", (double)plan->film_counts.nonfinite);
+    json_add_number(rejects, "film_negative", (double)plan->film_counts.negative);
+    json_add_number(rejects, "film_saturated", (double)plan->film_counts.saturated);
+    return rejects;
+}
+
+static json_t *report_rates(const plan_t *plan, double merged)
+{
+    const double render = plan->totals.cpu_seconds - plan->pilot_cpu_seconds;
+    json_t *rates = json_new_object();
+    json_add_number(rates, "mutations", merged);
+    json_add_number(rates, "mutations_per_pixel", merged / (double)plan->pixels);
+    json_add_number(rates, "mutations_per_cpu_second", render > 0 ? merged / render : NAN);
+    json_add_number(rates, "rays", (double)(plan->totals.rays + plan->totals.shadow_rays));
+    json_add_number(rates, "shadow_rays", (double)plan->totals.shadow_rays);
+    json_add_number(rates, "rays_per_cpu_second",
+                    (double)(plan->totals.rays + plan->totals.shadow_rays) / plan->totals.cpu_seconds);
+    return rates;
+}
+
+json_t *plan_report(const plan_t *plan)
+{
+    json_t *root = json_new_object();
+    json_add_string(root, "garland", GARLAND_VERSION);
+    json_add_string(root, "instructions", GARLAND_ARCH);
+    char *text = job_print(&plan->job);
+    json_t *job = NULL;
+    if (text && !json_parse(&job, text, strlen(text), NULL))
+        json_add(root, "job", job);
+    free(text);
+    json_add_string(root, "algorithm", settings_algorithm_name(plan->settings.algorithm));
+    json_add_number(root, "width", plan->settings.width);
+    json_add_number(root, "height", plan->settings.height);
+    json_add_number(root, "max_path_length", plan->settings.max_path_length);
+    if (plan->stopped_by)
+        json_add_string(root, "stopped_by", plan->stopped_by);
+    json_t *time = json_new_object();
+    json_add_number(time, "wall_seconds", plan->seconds);
+    json_add_number(time, "pilot_cpu_seconds", plan->pilot_cpu_seconds);
+    json_add_number(time, "render_cpu_seconds", plan->totals.cpu_seconds - plan->pilot_cpu_seconds);
+    json_add(root, "time", time);
+    json_add(root, "error", report_error(plan));
+    double merged = 0;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        merged += (double)plan->lengths[k].merged;
+    json_add(root, "rates", report_rates(plan, merged));
+    json_t *lengths = json_new_array();
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        json_append(lengths, report_length(plan, k));
+    json_add(root, "lengths", lengths);
+    json_t *pilot = json_new_object();
+    json_add_number(pilot, "candidates_per_length", (double)plan->lengths[1].candidates);
+    json_add(root, "pilot", pilot);
+    json_add(root, "rejected", report_rejects(plan));
+    return root;
+}

@@ -1,0 +1,311 @@
+/* plan_save.c: a plan's sums as bytes, and back. The list of units is not stored: it is a function of job, scene and
+ * pilot, and is made again; stored are which of its units are in, and what they added up to.
+ *
+ * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length its sums,
+ * candidates and film; squares; features. Large arrays are packed (u32 size, zstd).
+ */
+#include <stdlib.h>
+#include <string.h>
+#include <zstd.h>
+
+#include "base/wire.h"
+#include "plan/plan_state.h"
+
+enum { PLAN_SAVE_VERSION = 1 };
+
+/* ---- arrays ---- */
+
+typedef struct save_packed {
+    uint8_t *data;
+    size_t size;
+} save_packed_t;
+
+static fault_code_t save_pack(const void *from, size_t size, save_packed_t *out, fault_t *fault)
+{
+    const size_t room = ZSTD_compressBound(size);
+    out->data = malloc(room);
+    if (!out->data)
+        return fault_set(fault, FAULT_MEMORY, "checkpoint: no memory for %zu octets", room);
+    out->size = ZSTD_compress(out->data, room, from, size, 1);
+    if (ZSTD_isError(out->size))
+        return fault_set(fault, FAULT_MEMORY, "checkpoint: zstd: %s", ZSTD_getErrorName(out->size));
+    return FAULT_NONE;
+}
+
+static fault_code_t load_packed(wire_reader_t *in, const char *field, void *to, size_t size)
+{
+    size_t packed = 0;
+    const uint8_t *data = wire_get_bytes(in, field, UINT32_MAX, &packed);
+    if (!data)
+        return in->code;
+    if (ZSTD_decompress(to, size, data, packed) != size)
+        return wire_reader_fail(in, FAULT_FORMAT, field, "does not unpack to %zu octets", size);
+    return FAULT_NONE;
+}
+
+/* ---- scalars ---- */
+
+static void put_exact(wire_writer_t *out, const exact_sum_t *sum)
+{
+    const exact_uint_t bits = (exact_uint_t)sum->value;
+    wire_put_u64(out, (uint64_t)bits);
+    wire_put_u64(out, (uint64_t)(bits >> 64));
+}
+
+static void get_exact(wire_reader_t *in, exact_sum_t *sum)
+{
+    const uint64_t low = wire_get_u64(in, "sum"), high = wire_get_u64(in, "sum");
+    sum->value = (exact_int_t)((exact_uint_t)high << 64 | low);
+}
+
+static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t k)
+{
+    wire_put_f64(out, length->b);
+    wire_put_u64(out, length->units_in);
+    wire_put_u64(out, length->merged);
+    wire_put_u64(out, length->zero_proposals);
+    wire_put_u64(out, length->longest_stay);
+    wire_put_f64(out, length->cpu_seconds);
+    for (int i = 0; i < WORK_MOVES; i++) {
+        wire_put_u64(out, length->proposed[i]);
+        put_exact(out, &length->accepted[i]);
+    }
+    for (uint32_t i = 0; i <= k + 1; i++) {
+        wire_put_f64(out, length->moments[i].n);
+        put_exact(out, &length->moments[i].sum);
+        put_exact(out, &length->moments[i].sum2);
+    }
+}
+
+static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
+{
+    length->b = wire_get_f64(in, "b");
+    length->units_in = wire_get_u64(in, "units_in");
+    length->merged = wire_get_u64(in, "merged");
+    length->zero_proposals = wire_get_u64(in, "zero_proposals");
+    length->longest_stay = wire_get_u64(in, "longest_stay");
+    length->cpu_seconds = wire_get_f64(in, "cpu_seconds");
+    for (int i = 0; i < WORK_MOVES; i++) {
+        length->proposed[i] = wire_get_u64(in, "proposed");
+        get_exact(in, &length->accepted[i]);
+    }
+    for (uint32_t i = 0; i <= k + 1; i++) {
+        length->moments[i].n = wire_get_f64(in, "moments");
+        get_exact(in, &length->moments[i].sum);
+        get_exact(in, &length->moments[i].sum2);
+    }
+    if (!in->code && (!(length->b >= 0) || !isfinite(length->b)))
+        wire_reader_fail(in, FAULT_RANGE, "b", "%g", length->b);
+}
+
+static void put_totals(wire_writer_t *out, const plan_t *plan)
+{
+    wire_put_f64(out, plan->seconds);
+    wire_put_f64(out, plan->pilot_cpu_seconds);
+    wire_put_u64(out, plan->error_next);
+    wire_put_f64(out, plan->totals.cpu_seconds);
+    wire_put_u64(out, plan->totals.rays);
+    wire_put_u64(out, plan->totals.shadow_rays);
+    wire_put_u64(out, plan->totals.evaluations);
+    for (int i = 0; i < WORK_REJECTS; i++)
+        wire_put_u64(out, plan->totals.rejects[i]);
+    const film_counts_t *counts = &plan->film_counts;
+    wire_put_u64(out, counts->splats);
+    wire_put_u64(out, counts->outside);
+    wire_put_u64(out, counts->nonfinite);
+    wire_put_u64(out, counts->negative);
+    wire_put_u64(out, counts->saturated);
+}
+
+static void get_totals(wire_reader_t *in, plan_t *plan)
+{
+    plan->seconds = wire_get_f64(in, "seconds");
+    plan->pilot_cpu_seconds = wire_get_f64(in, "pilot_cpu_seconds");
+    plan->error_next = wire_get_u64(in, "error_next");
+    plan->totals.cpu_seconds = wire_get_f64(in, "cpu_seconds");
+    plan->totals.rays = wire_get_u64(in, "rays");
+    plan->totals.shadow_rays = wire_get_u64(in, "shadow_rays");
+    plan->totals.evaluations = wire_get_u64(in, "evaluations");
+    for (int i = 0; i < WORK_REJECTS; i++)
+        plan->totals.rejects[i] = wire_get_u64(in, "rejects");
+    film_counts_t *counts = &plan->film_counts;
+    counts->splats = wire_get_u64(in, "splats");
+    counts->outside = wire_get_u64(in, "outside");
+    counts->nonfinite = wire_get_u64(in, "nonfinite");
+    counts->negative = wire_get_u64(in, "negative");
+    counts->saturated = wire_get_u64(in, "saturated");
+}
+
+/* ---- saving ---- */
+
+typedef struct save_parts {
+    const plan_t *plan;
+    save_packed_t *weights, *films; /* [max_path_length + 1] */
+    save_packed_t squares, features;
+} save_parts_t;
+
+static void put_plan(wire_writer_t *out, const save_parts_t *parts)
+{
+    const plan_t *plan = parts->plan;
+    wire_put_u32(out, PLAN_SAVE_VERSION);
+    wire_put_u64(out, plan->unit_count);
+    wire_put_u64(out, plan->pilot_units);
+    wire_put_u8(out, plan->phase != PLAN_PILOT);
+    for (uint64_t i = 0; i < plan->unit_count; i++)
+        wire_put_u8(out, plan->units[i].state);
+    put_totals(out, plan);
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
+        put_length(out, &plan->lengths[k], k);
+        wire_put_bytes(out, "weights", parts->weights[k].data, parts->weights[k].size, UINT32_MAX);
+        wire_put_bytes(out, "film", parts->films[k].data, parts->films[k].size, UINT32_MAX);
+    }
+    wire_put_bytes(out, "squares", parts->squares.data, parts->squares.size, UINT32_MAX);
+    wire_put_bytes(out, "features", parts->features.data, parts->features.size, UINT32_MAX);
+}
+
+static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault_t *fault)
+{
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        if (length->weights)
+            TRY(save_pack(length->weights, sizeof(double) * length->candidates, &parts->weights[k], fault));
+        if (length->film.sums)
+            TRY(film_encode(&length->film, &parts->films[k].data, &parts->films[k].size, fault));
+    }
+    TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
+    return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features, &parts->features,
+                     fault);
+}
+
+fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
+{
+    *data = NULL;
+    const size_t lengths = plan->settings.max_path_length + 1;
+    save_parts_t parts = {.plan = plan,
+                          .weights = calloc(lengths, sizeof *parts.weights),
+                          .films = calloc(lengths, sizeof *parts.films)};
+    fault_code_t code = FAULT_NONE;
+    if (!parts.weights || !parts.films)
+        code = fault_set(fault, FAULT_MEMORY, "checkpoint: no memory");
+    if (!code)
+        code = save_pack_all(plan, &parts, fault);
+    wire_writer_t out;
+    for (int pass = 0; pass < 2 && !code; pass++) { /* counts, then writes */
+        wire_writer_init(&out, *data, pass ? *size : 0, "checkpoint", fault);
+        put_plan(&out, &parts);
+        code = out.code;
+        if (pass == 0 && !code) {
+            *size = out.at;
+            *data = malloc(*size);
+            if (!*data)
+                code = fault_set(fault, FAULT_MEMORY, "checkpoint: no memory for %zu octets", *size);
+        }
+    }
+    for (size_t k = 0; k < lengths && parts.weights && parts.films; k++) {
+        free(parts.weights[k].data);
+        free(parts.films[k].data);
+    }
+    free(parts.weights);
+    free(parts.films);
+    free(parts.squares.data);
+    free(parts.features.data);
+    if (code) {
+        free(*data);
+        *data = NULL;
+    }
+    return code;
+}
+
+/* ---- restoring ---- */
+
+static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
+{
+    const bool render = plan->phase == PLAN_RENDER;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        get_length(in, length, k);
+        if (in->code)
+            return in->code;
+        if (render && !plan_is_chains(plan)) {
+            free(length->weights);
+            length->weights = NULL;
+        }
+        if (length->weights)
+            TRY(load_packed(in, "weights", length->weights, sizeof(double) * length->candidates));
+        else
+            wire_get_bytes(in, "weights", 0, &(size_t){0});
+        for (uint64_t i = 0; length->weights && i < length->candidates; i++)
+            if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) || !isfinite(length->weights[i]))
+                return wire_reader_fail(in, FAULT_RANGE, "weights", "candidate %llu", (unsigned long long)i);
+        size_t size = 0;
+        const uint8_t *film = wire_get_bytes(in, "film", UINT32_MAX, &size);
+        if (in->code)
+            return in->code;
+        if ((size > 0) != (length->units_in > 0))
+            return wire_reader_fail(in, FAULT_FORMAT, "film", "does not go with %llu units",
+                                    (unsigned long long)length->units_in);
+        if (size > 0) {
+            TRY(film_init(&length->film, plan->settings.width, plan->settings.height, fault));
+            TRY(film_decode(&length->film, film, size, fault));
+        }
+    }
+    TRY(load_packed(in, "squares", plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares));
+    TRY(load_packed(in, "features", plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features));
+    return wire_reader_end(in);
+}
+
+/* Makes the list of units again and marks those that are in. */
+static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count, fault_t *fault)
+{
+    for (uint64_t i = 0; i < count; i++) {
+        if (!plan_generate(plan))
+            return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu, but the job has only %llu",
+                                    (unsigned long long)count, (unsigned long long)i);
+        if (states[i] > PLAN_UNIT_IN || (plan->phase == PLAN_RENDER && i < plan->pilot_units && states[i] != PLAN_UNIT_IN))
+            return wire_reader_fail(in, FAULT_FORMAT, "units", "unit %llu has state %u", (unsigned long long)i, states[i]);
+        plan->units[i].state = states[i];
+        if (states[i] != PLAN_UNIT_IN)
+            continue;
+        work_record_clear(&plan->units[i].record);
+        plan->in++;
+    }
+    plan->resume = 0;
+    (void)fault;
+    return FAULT_NONE;
+}
+
+static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
+{
+    const uint32_t version = wire_get_u32(in, "version");
+    if (!in->code && version != PLAN_SAVE_VERSION)
+        return wire_reader_fail(in, FAULT_VERSION, "version", "%u, expected %d", version, PLAN_SAVE_VERSION);
+    const uint64_t count = wire_get_u64(in, "units"), pilot = wire_get_u64(in, "pilot units");
+    const uint8_t render = wire_get_u8(in, "phase");
+    if (in->code)
+        return in->code;
+    if (pilot != plan->pilot_units || count > in->size || render > 1)
+        return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu with %llu pilot units, expected %llu of them",
+                                (unsigned long long)count, (unsigned long long)pilot,
+                                (unsigned long long)plan->pilot_units);
+    const uint8_t *states = wire_get_raw(in, "states", count);
+    if (!states)
+        return in->code;
+    get_totals(in, plan);
+    plan->phase = render ? PLAN_RENDER : PLAN_PILOT;
+    TRY(load_arrays(plan, in, fault));
+    if (render)
+        TRY(plan_size_render(plan, fault));
+    return load_units(plan, in, states, count, fault);
+}
+
+fault_code_t plan_restore(plan_t **out, const job_t *job, const scene_t *scene, const uint8_t *data, size_t size,
+                          fault_t *fault)
+{
+    TRY(plan_new(out, job, scene, fault));
+    wire_reader_t in;
+    wire_reader_init(&in, data, size, "checkpoint", fault);
+    const fault_code_t code = load_plan(*out, &in, fault);
+    if (code)
+        plan_destroy(out);
+    return code;
+}

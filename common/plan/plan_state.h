@@ -1,0 +1,107 @@
+/* plan_state.h: what a plan knows; for the files of this folder only. */
+#ifndef PLAN_PLAN_STATE_H
+#define PLAN_PLAN_STATE_H
+
+#include "path/walk.h"
+#include "plan/exact.h"
+#include "plan/plan.h"
+
+typedef enum plan_unit_state { PLAN_UNIT_OUT = 0, PLAN_UNIT_IN = 1 } plan_unit_state_t;
+
+typedef struct plan_unit {
+    uint8_t state;        /* plan_unit_state_t */
+    bool handed;          /* after a restore: false until it is handed out again */
+    work_record_t record; /* cleared once the unit is in */
+} plan_unit_t;
+
+/* Sums of one estimator over units, free of order; in units of `unit` and its square. */
+typedef struct plan_moments {
+    double n;
+    exact_sum_t sum, sum2;
+} plan_moments_t;
+
+/* One path length. */
+typedef struct plan_length {
+    /* pilot */
+    double *weights;      /* of its candidates; after the pilot their running sum */
+    uint64_t candidates;
+    double b;             /* the pilot's estimate: the unit of everything after */
+    double share;         /* of the mutations; 0: nothing to render */
+    /* rendering */
+    uint64_t budget;      /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
+    uint64_t unit_mutations, unit_chains;
+    uint64_t units_out, units_in;
+    uint64_t handed, merged; /* mutations */
+    uint64_t chains;      /* ids given out */
+    film_t film;
+    plan_moments_t moments[PATH_MAX_VERTICES + 1]; /* [0] b_k, [1 + s] b_{k,s}: pilot and large steps */
+    uint64_t proposed[WORK_MOVES];
+    exact_sum_t accepted[WORK_MOVES];
+    uint64_t zero_proposals, longest_stay;
+    double cpu_seconds;
+} plan_length_t;
+
+struct plan {
+    job_t job;
+    settings_t settings; /* complete */
+    const scene_t *scene;
+    size_t pixels;
+    plan_phase_t phase;
+    plan_unit_t *units;
+    uint64_t unit_count, unit_room; /* handed out so far */
+    uint64_t resume;                /* units below it may need handing out again, after a restore */
+    uint64_t pilot_units, in;       /* units of the first phase; units in */
+    uint64_t pilot_next;            /* units of the first phase generated so far */
+    uint32_t pilot_unit_candidates, feature_rows;
+    plan_length_t *lengths;         /* [max_path_length + 1]; samples use film and counts of [0] */
+    double b;                       /* sum of the pilot's b_k */
+    double scale;                   /* samples: film value of a contribution of 1; a power of two */
+    uint64_t sample_unit;           /* samples a unit */
+    double weight_max;              /* largest b_k / share_k */
+    exact_uint_t *squares;          /* [pixels][3]: sum over units of (c_k x)^2 2^20, c_k = b_k / share_k / weight_max */
+    float *features;                /* [pixels][WORK_FEATURE_CHANNELS] */
+    work_stats_t totals;            /* over all units (but for accepted, proposed: by length) */
+    double pilot_cpu_seconds;
+    film_counts_t film_counts;
+    double seconds;                 /* as last told */
+    double error;                   /* sqrt(relMSE), NaN while unknown */
+    uint64_t error_next;            /* units in when it is estimated anew */
+    double mutations_total;         /* of the rule; 0 if there is none */
+    bool stopped;
+    const char *stopped_by;
+};
+
+static inline bool plan_is_chains(const plan_t *plan)
+{
+    return plan->settings.algorithm == SETTINGS_MMLT;
+}
+
+/* plan.c */
+/* Makes the next unit of the list; false if there is none now. */
+bool plan_generate(plan_t *plan);
+
+/* plan_budget.c */
+/* Sizes of the first phase from the job; called once. */
+void plan_size_pilot(plan_t *plan);
+/* Unit number `index` of the first phase. */
+fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
+/* After the pilot: shares, unit sizes, scales. FAULT_NO_LIGHT if nothing was found. */
+fault_code_t plan_size_render(plan_t *plan, fault_t *fault);
+/* The next unit of the rendering phase; false if the budget is spent or memory is. */
+bool plan_render_record(plan_t *plan, work_record_t *record);
+
+/* plan_seeds.c */
+/* Turns candidate weights into running sums. */
+void plan_prepare_seeds(plan_length_t *length);
+/* The candidate that chain `chain` of length k starts from: systematic resampling of as many chains as ever come. */
+uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain);
+
+/* plan_estimate.c */
+double plan_length_b(const plan_length_t *length, double *error); /* refined b_k and its standard error */
+double plan_technique_b(const plan_length_t *length, uint32_t s, double *error);
+/* Pixel values and variances at pixel p: double[3] each. */
+void plan_pixel(const plan_t *plan, size_t pixel, double value[3], double variance[3]);
+/* relMSE of the image as it stands; NaN while there are too few units. */
+double plan_estimate_relmse(const plan_t *plan);
+
+#endif
