@@ -10,6 +10,17 @@
 /* The largest double below 1. */
 #define MATH_ONE_MINUS 0x1.fffffffffffffp-1
 
+/* The larger and the smaller of two numbers, in one instruction each (the library's fmax and fmin are calls). The second if
+ * either is NaN. */
+static inline double math_max(double a, double b)
+{
+    return a > b ? a : b;
+}
+static inline double math_min(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 typedef struct vec2 {
     double x, y;
 } vec2_t;
@@ -67,7 +78,7 @@ static inline vec3_t vec3_unit(vec3_t a)
 }
 static inline double vec3_max_abs(vec3_t a)
 {
-    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    return math_max(fabs(a.x), math_max(fabs(a.y), fabs(a.z)));
 }
 static inline bool vec3_finite(vec3_t a)
 {
@@ -106,7 +117,7 @@ static inline double rgb_luminance(rgb_t a)
 }
 static inline double rgb_max(rgb_t a)
 {
-    return fmax(a.r, fmax(a.g, a.b));
+    return math_max(a.r, math_max(a.g, a.b));
 }
 static inline double rgb_mean(rgb_t a)
 {

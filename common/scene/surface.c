@@ -47,7 +47,7 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, u
         }
     }
     out->position = vec3_mad(vec3_mad(p0, b1, e1), b2, e2);
-    out->epsilon = SURFACE_EPSILON * fmax(vec3_max_abs(p0), fmax(vec3_max_abs(p1), vec3_max_abs(p2)));
+    out->epsilon = SURFACE_EPSILON * math_max(vec3_max_abs(p0), math_max(vec3_max_abs(p1), vec3_max_abs(p2)));
     out->ng = vec3_scale(n, (shape->flags & SCENE_SHAPE_FLIP ? -1 : 1) / sqrt(n2));
     out->ns = out->ng;
     if (shape->flags & SCENE_SHAPE_NORMALS) {
@@ -82,7 +82,7 @@ static bool surface_sphere(const scene_shape_t *shape, double near_t, vec3_t ori
     const vec3_t f = vec3_sub(origin, centre);
     const double a = vec3_dot(direction, direction), b = -vec3_dot(f, direction) / a;
     const vec3_t l = vec3_mad(f, b, direction); /* from the centre to the line's nearest point */
-    const double discriminant = fmax(0, radius * radius - vec3_dot(l, l));
+    const double discriminant = math_max(0, radius * radius - vec3_dot(l, l));
     const double half = sqrt(discriminant / a);
     /* Of the two roots b -+ half the one that Embree found, which knows it to single precision. */
     const double t = fabs(b - half - near_t) < fabs(b + half - near_t) ? b - half : b + half;
@@ -124,7 +124,7 @@ static bool surface_disk(const scene_shape_t *shape, vec3_t origin, vec3_t direc
         const vec3_t zero = surface_vec(shape->tangent);
         const double phi = atan2(vec3_dot(p, vec3_cross(n, zero)), vec3_dot(p, zero));
         out->u = (phi < 0 ? phi + 2 * MATH_PI : phi) * (0.5 * MATH_INV_PI);
-        out->v = 1 - fmin(1, r / radius);
+        out->v = 1 - math_min(1, r / radius);
         out->tangent = vec3_cross(n, p);
     }
     return true;
