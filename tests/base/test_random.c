@@ -5,7 +5,7 @@
 #include <cmocka.h>
 #include <gsl/gsl_cdf.h>
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 
 #include "base/random.h"
 
@@ -154,6 +154,30 @@ static void purposes_and_lengths_are_kept_apart(void **state)
                                 random_key(SEED, (random_purpose_t)b, 9, 3));
 }
 
+static int compare_u64(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Streams that overlapped would repeat each other's numbers. Of 2^17 independent numbers of 64 bits, two agree with
+ * probability 2^-31. */
+static void neighbouring_streams_share_no_number(void **state)
+{
+    (void)state;
+    enum { LENGTHS = 2, CHAINS = 16, STEPS = 64, DIMENSIONS = 64, COUNT = LENGTHS * CHAINS * STEPS * DIMENSIONS };
+    uint64_t *numbers = malloc(COUNT * sizeof *numbers);
+    for (uint64_t i = 0; i < COUNT; i++) {
+        const uint64_t stream = i / (STEPS * DIMENSIONS);
+        const uint64_t key = random_key(SEED, RANDOM_PURPOSE_TEST, stream % LENGTHS, stream / LENGTHS);
+        numbers[i] = random_u64(random_step(key, i / DIMENSIONS % STEPS), i % DIMENSIONS);
+    }
+    qsort(numbers, COUNT, sizeof *numbers, compare_u64);
+    for (size_t i = 1; i < COUNT; i++)
+        assert_true(numbers[i] != numbers[i - 1]);
+    free(numbers);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -163,6 +187,7 @@ int main(void)
         cmocka_unit_test(neighbours_are_independent),
         cmocka_unit_test(one_bit_of_any_argument_changes_half_of_the_key),
         cmocka_unit_test(purposes_and_lengths_are_kept_apart),
+        cmocka_unit_test(neighbouring_streams_share_no_number),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
