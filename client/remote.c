@@ -1,0 +1,100 @@
+#include "client/remote.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "client/interrupt.h"
+#include "client/job_file.h"
+
+int remote_fail(const fault_t *fault)
+{
+    fprintf(stderr, "garland: %s\n", fault->text);
+    return STATUS_FAILURE;
+}
+
+static fault_code_t read_token(remote_t *remote, fault_t *fault)
+{
+    uint8_t *text;
+    size_t size;
+    if (!remote->token_file)
+        return FAULT_NONE;
+    TRY(file_read(remote->token_file, 4096, &text, &size, fault));
+    remote->token = (char *)text;
+    remote->token[strcspn(remote->token, "\r\n")] = '\0';
+    return FAULT_NONE;
+}
+
+bool remote_open(remote_t *remote, const char *command, int *status)
+{
+    fault_t fault = {0};
+    if (!remote->address)
+        remote->address = getenv("GARLAND_MASTER");
+    if (!remote->address) {
+        *status = options_refuse(command, "--master ADDR is missing");
+        return false;
+    }
+    interrupt_catch();
+    fault_code_t code = read_token(remote, &fault);
+    const link_options_t options = {.token = remote->token, .server_key = remote->server_key};
+    if (code == FAULT_NONE)
+        code = link_open(&remote->link, remote->address, &options, &fault);
+    if (code != FAULT_NONE) {
+        *status = remote_fail(&fault);
+        if (code == FAULT_USAGE)
+            *status = STATUS_USAGE;
+        remote_close(remote);
+        return false;
+    }
+    return true;
+}
+
+void remote_close(remote_t *remote)
+{
+    link_close(&remote->link);
+    free(remote->token);
+    remote->token = NULL;
+}
+
+uint64_t remote_job(const char *command, const char *text)
+{
+    char *end;
+    errno = 0;
+    const uint64_t job = strtoull(text, &end, 10);
+    if (text[0] < '1' || text[0] > '9' || *end != '\0' || errno != 0) {
+        options_refuse(command, "\"%s\" is no job's number", text);
+        return 0;
+    }
+    return job;
+}
+
+static fault_code_t fetch_one(link_t *link, uint64_t job, message_output_t output, const char *path, fault_t *fault)
+{
+    uint8_t *data;
+    size_t size;
+    TRY(link_fetch(link, job, output, &data, &size, fault));
+    const fault_code_t code = file_write(path, data, size, fault);
+    free(data);
+    return code;
+}
+
+fault_code_t remote_fetch_outputs(link_t *link, uint64_t job, const job_t *description, const char *folder,
+                                  bool print, fault_t *fault)
+{
+    fault_code_t first = FAULT_NONE;
+    for (int output = MESSAGE_OUTPUT_IMAGE; output <= MESSAGE_OUTPUT_REPORT; output++) {
+        char path[JOB_PATH_SIZE];
+        bool wanted = true;
+        fault_t own = {0};
+        fault_code_t code = job_file_output(description, (message_output_t)output, folder, path, &wanted, &own);
+        if (code == FAULT_NONE && wanted)
+            code = fetch_one(link, job, (message_output_t)output, path, &own);
+        if (code == FAULT_NONE && wanted && print)
+            printf("  %-8s %s\n", job_file_output_name((message_output_t)output), path);
+        if (code != FAULT_NONE && first == FAULT_NONE)
+            first = fault_set(fault, code, "%s: %s", job_file_output_name((message_output_t)output), own.text);
+    }
+    return first;
+}
