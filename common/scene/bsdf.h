@@ -148,8 +148,8 @@ void bsdf_eval_mixture(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t w
                        bsdf_value_t *out);
 
 /* Samples wi; false if nothing is scattered (absorbed, below the horizon, numerically void): *out is then
- * undefined. u in [0,1)^3. The densities and the value behind the weight are those that bsdf_eval gives for (wo,
- * wi), bit for bit. */
+ * undefined. u in [0,1)^3. The densities and the value behind the weight are computed from (wo, wi) as bsdf_eval
+ * does, not from the microfacet drawn. */
 static inline bool bsdf_sample(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t wo, const double u[3],
                                bsdf_mode_t mode, bsdf_sample_t *out)
 {

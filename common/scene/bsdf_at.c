@@ -7,7 +7,7 @@
 #include "scene/fresnel.h"
 #include "scene/texture.h"
 
-enum { NO_COAT = -1, MAX_COAT_ROWS = 8192 };
+enum { NO_COAT = -1, MAX_COAT_ROWS = 2048 };
 
 /* An index this near to 1 bends light by less than 1e-6: a rough surface of it is a specular one. */
 #define MATCHED_INDEX 1e-6

@@ -7,7 +7,7 @@
 #include "scene/ggx.h"
 #include "scene/quadrature.h"
 
-enum { NODES_AZIMUTH = 16, NODES_CAP = 24, MAX_NODES = 256, AZIMUTHS = 64, NODES_ROW = 4 };
+enum { NODES_AZIMUTH = 48, NODES_CAP = 72, MAX_NODES = 256, AZIMUTHS = 64, NODES_ROW = 4 };
 /* The first node of a row stands for mu = 0, where no visible normal exists. */
 #define FIRST_MU 1e-7
 
@@ -24,14 +24,15 @@ static void rule_init(rule_t *rule, int quality)
 }
 
 /* E(w) = int F(w.m) G2/G1 du1 du2 over the visible normals of w; the midpoint rule in u1, where the integrand is
- * periodic. */
+ * periodic; half of it where the normals of w are symmetric. */
 static double lobe_albedo(const rule_t *rule, double eta, double au, double av, vec3_t w)
 {
     double sum = 0;
+    const int azimuths = w.y == 0 ? rule->azimuths / 2 : rule->azimuths;
     for (int j = 0; j < rule->caps; j++) {
         const double u2 = rule->x[j] * rule->x[j];
         double ring = 0;
-        for (int i = 0; i < rule->azimuths; i++) {
+        for (int i = 0; i < azimuths; i++) {
             const vec3_t m = ggx_sample(au, av, w, (i + 0.5) / rule->azimuths, u2);
             const double c = vec3_dot(w, m);
             const vec3_t wi = vec3_sub(vec3_scale(m, 2 * c), w);
@@ -40,7 +41,7 @@ static double lobe_albedo(const rule_t *rule, double eta, double au, double av, 
         }
         sum += 2 * rule->x[j] * rule->w[j] * ring;
     }
-    return sum / (rule->azimuths * ggx_g1(au, av, w));
+    return sum / (azimuths * ggx_g1(au, av, w));
 }
 
 double bsdf_coat_quadrature(double eta, double alpha_u, double alpha_v, vec3_t w, int quality)
@@ -112,18 +113,19 @@ static void rows_fill(bsdf_coat_t *coat, const rule_t *rule)
         double *node = coat->albedo + (size_t)row * BSDF_COAT_STRIDE;
         const bool textured = coat->kind == BSDF_COAT_TEXTURED;
         const double au = textured ? at * at : coat->alpha_u, av = textured ? at * at : coat->alpha_v;
-        const double cosine = textured ? 1 : sqrt(at), sine = textured ? 0 : sqrt(1 - at);
-        coat->row_transmittance[row] = row_fill(node, rule, coat->eta, au, av, cosine, sine);
+        const double along = textured ? 1 : at, across = sqrt((1 - along) * (1 + along));
+        const bool u_rougher = au >= av;
+        coat->row_transmittance[row] =
+            row_fill(node, rule, coat->eta, au, av, u_rougher ? along : across, u_rougher ? across : along);
     }
 }
 
-/* The mean over the azimuth of what is linear in cos^2 between rows. */
+/* The mean over the azimuth of what is linear in the cosine between rows. */
 static double mean_transmittance(const bsdf_coat_t *coat)
 {
     double sum = 0;
     for (int i = 0; i < AZIMUTHS; i++) {
-        const double cosine = cos(0.5 * MATH_PI * (i + 0.5) / AZIMUTHS);
-        const double x = cosine * cosine * (coat->rows - 1);
+        const double x = cos(0.5 * MATH_PI * (i + 0.5) / AZIMUTHS) * (coat->rows - 1);
         const uint32_t row = coat->rows < 2 ? 0 : (uint32_t)fmin(x, coat->rows - 2);
         const double next = coat->rows < 2 ? coat->row_transmittance[0] : coat->row_transmittance[row + 1];
         sum += coat->row_transmittance[row] + (x - row) * (next - coat->row_transmittance[row]);
@@ -180,7 +182,8 @@ double bsdf_coat_table_albedo(const bsdf_coat_t *coat, vec3_t w, double row)
     } else {
         if (coat->kind == BSDF_COAT_ANISOTROPIC) {
             const double r2 = w.x * w.x + w.y * w.y;
-            row = r2 > 0 ? w.x * w.x / r2 * (coat->rows - 1) : 0;
+            const double along = coat->alpha_u >= coat->alpha_v ? w.x : w.y;
+            row = r2 > 0 ? fabs(along) / sqrt(r2) * (coat->rows - 1) : 0;
         }
         const uint32_t below = row < coat->rows - 2 ? (uint32_t)row : coat->rows - 2;
         node += (size_t)below * BSDF_COAT_STRIDE;

@@ -62,8 +62,8 @@ static bool refraction_of(double eta, vec3_t wo, vec3_t wi, refraction_t *out)
     out->h2 = h2;
     out->om = vec3_dot(wo, out->m);
     out->im = vec3_dot(wi, out->m);
-    if (out->om > 1)
-        out->om = 1;
+    out->om = fmin(out->om, 1);
+    out->im = fmax(out->im, -1);
     return out->om > 0 && out->im < 0 && out->m.z > 0;
 }
 
@@ -78,7 +78,9 @@ static void refract_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t 
     if (!refraction_of(eta, wo, wi, &r))
         return;
     const double au = lobe->alpha_u, av = lobe->alpha_v, iz = -wi.z;
-    const double x = ggx_d(au, av, r.m, 1) * (1 - fresnel_dielectric(r.om, eta)) * r.om * -r.im / r.h2;
+    /* seen from the thinner side, where no cancellation in g comes near total reflection */
+    const double fresnel = eta > 1 ? fresnel_dielectric(r.om, eta) : fresnel_dielectric(-r.im, 1 / eta);
+    const double x = ggx_d(au, av, r.m, 1) * (1 - fresnel) * r.om * -r.im / r.h2;
     const double lo = ggx_stretch(au, av, wo), li = ggx_stretch(au, av, wi);
     const double eta2 = eta * eta;
     const double f = 2 * x / (lo * iz + li * wo.z) * (mode == BSDF_IMPORTANCE ? eta2 : 1);
