@@ -10,6 +10,8 @@
 
 /* Texture look-ups that one look-up may lead to, all operands counted: bounds depth and work. */
 enum { CHECK_MAX_TEXTURE_VISITS = 256 };
+/* Materials that a mix comes to, with repetition, and the levels of mixes in mixes: likewise. */
+enum { CHECK_MAX_MIXED = 256, CHECK_MAX_MIX_LEVELS = 16 };
 /* Refractive indices, and extinction coefficients, lie below. */
 #define CHECK_MAX_ETA 1000.0f
 /* How far a vector's length may be from 1, a product of unit vectors from 0. */

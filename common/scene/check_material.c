@@ -3,7 +3,6 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "scene/bsdf.h"
 #include "scene/check.h"
 
 /* ---- images ---- */
@@ -213,21 +212,6 @@ static fault_code_t check_material_params(check_t *c, const scene_material_t *m)
     return check_param(c, "mix", &m->mix, textures);
 }
 
-/* Lobes of a material at most; those of a mix are both its parts'. */
-static uint32_t lobes_of(const scene_material_t *m, const uint8_t *lobes)
-{
-    switch (m->kind) {
-    case SCENE_MATERIAL_COATED_DIFFUSE:
-    case SCENE_MATERIAL_COATED_CONDUCTOR:
-    case SCENE_MATERIAL_DIFFUSE_TRANSMISSION:
-        return 2;
-    case SCENE_MATERIAL_MIX:
-        return (uint32_t)lobes[m->first] + lobes[m->second];
-    default:
-        return 1;
-    }
-}
-
 static fault_code_t check_material(check_t *c, const scene_material_t *m, uint32_t own)
 {
     const bool mix = m->kind == SCENE_MATERIAL_MIX;
@@ -239,26 +223,40 @@ static fault_code_t check_material(check_t *c, const scene_material_t *m, uint32
     return check_index(c, "second", m->second, mix ? own : 0, !mix);
 }
 
-static fault_code_t check_material_list(check_t *c, uint8_t *lobes)
+/* Materials that a material is mixed of, with repetition, and in how many levels. */
+typedef struct mixture {
+    uint16_t materials, levels;
+} mixture_t;
+
+static mixture_t mixture_of(const scene_material_t *m, const mixture_t *mixtures)
+{
+    if (m->kind != SCENE_MATERIAL_MIX)
+        return (mixture_t){1, 0};
+    const mixture_t a = mixtures[m->first], b = mixtures[m->second];
+    const uint16_t levels = a.levels > b.levels ? a.levels : b.levels;
+    return (mixture_t){(uint16_t)(a.materials + b.materials), (uint16_t)(levels + 1)};
+}
+
+static fault_code_t check_material_list(check_t *c, mixture_t *mixtures)
 {
     for (uint32_t i = 0; i < c->scene->material_count; i++) {
         const scene_material_t *m = &c->scene->materials[i];
         check_begin(c, "material", i);
         TRY(check_material(c, m, i));
-        const uint32_t count = lobes_of(m, lobes);
-        if (count > BSDF_MAX_LOBES)
-            return check_refuse(c, FAULT_LIMIT, "a mix of %u lobes, at most %d are allowed", count, BSDF_MAX_LOBES);
-        lobes[i] = (uint8_t)count;
+        mixtures[i] = mixture_of(m, mixtures);
+        if (mixtures[i].materials > CHECK_MAX_MIXED || mixtures[i].levels > CHECK_MAX_MIX_LEVELS)
+            return check_refuse(c, FAULT_LIMIT, "a mix of %u materials in %u levels, at most %d in %d are allowed",
+                                mixtures[i].materials, mixtures[i].levels, CHECK_MAX_MIXED, CHECK_MAX_MIX_LEVELS);
     }
     return FAULT_NONE;
 }
 
 fault_code_t check_materials(check_t *c)
 {
-    uint8_t *lobes = malloc((size_t)c->scene->material_count + 1);
-    if (!lobes)
+    mixture_t *mixtures = malloc(((size_t)c->scene->material_count + 1) * sizeof *mixtures);
+    if (!mixtures)
         return fault_set(c->fault, FAULT_MEMORY, "no memory to check %u materials", c->scene->material_count);
-    const fault_code_t code = check_material_list(c, lobes);
-    free(lobes);
+    const fault_code_t code = check_material_list(c, mixtures);
+    free(mixtures);
     return code;
 }

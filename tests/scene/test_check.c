@@ -462,7 +462,10 @@ static void mixes_cannot_multiply(void **state)
     }
     s->scene.materials = materials;
     s->scene.material_count = COUNT;
-    assert_says(s, FAULT_LIMIT, "material 3: a mix of 8 lobes, at most 6 are allowed");
+    assert_says(s, FAULT_LIMIT, "material 9: a mix of 512 materials in 9 levels, at most 256 in 16 are allowed");
+    for (int32_t i = 2; i < COUNT; i++) /* a chain instead of a tree */
+        materials[i].second = 0;
+    assert_says(s, FAULT_LIMIT, "material 17: a mix of 18 materials in 17 levels");
     spoilt_free(s);
 }
 
