@@ -8,7 +8,8 @@
 #include "client/options.h"
 #include "client/remote.h"
 #include "film/compare.h"
-#include "film/image_file.h"
+#include "film/exr.h"
+#include "film/pfm.h"
 #include "film/png.h"
 
 static const char usage[] =
@@ -92,9 +93,14 @@ static fault_code_t write_heat_map(const comparison_t *c, const char *path, faul
     return code;
 }
 
+/* OpenEXR or PFM, told apart by the first byte. */
 static fault_code_t read_image(image_t *image, const char *path, fault_t *fault)
 {
-    return image_file_read(image, path, fault);
+    FILE *file = fopen(path, "rb");
+    const int first = file ? fgetc(file) : EOF;
+    if (file)
+        fclose(file);
+    return first == 'P' ? pfm_read(image, path, fault) : exr_read(image, path, fault);
 }
 
 static fault_code_t compare(comparison_t *c, const char *const paths[3], const char *heat_map, fault_t *fault)

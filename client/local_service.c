@@ -76,8 +76,8 @@ static fault_code_t start_master(local_service_t *service, fault_t *fault)
 
 static fault_code_t start_worker(local_service_t *service, local_worker_t *worker, fault_t *fault)
 {
-    char master[] = "--master", threads[] = "--threads", one[] = "1", cache[] = "--cache";
-    char *argv[] = {NULL, master, service->address, threads, one, cache, service->cache, NULL};
+    char master[] = "--master", threads[] = "--threads", one[] = "1", cache[] = "--cache", quiet[] = "--quiet";
+    char *argv[] = {NULL, master, service->address, threads, one, cache, service->cache, quiet, NULL};
     worker->began = clock_now();
     worker->restart_at = 0;
     return child_start(&worker->child, "garland-worker", argv, false, fault);

@@ -15,15 +15,16 @@ int remote_fail(const fault_t *fault)
     return STATUS_FAILURE;
 }
 
-static fault_code_t read_token(remote_t *remote, fault_t *fault)
+/* The first line of a small file, if one is named; the caller frees. */
+static fault_code_t read_secret(const char *path, char **out, fault_t *fault)
 {
     uint8_t *text;
     size_t size;
-    if (!remote->token_file)
+    if (!path)
         return FAULT_NONE;
-    TRY(file_read(remote->token_file, 4096, &text, &size, fault));
-    remote->token = (char *)text;
-    remote->token[strcspn(remote->token, "\r\n")] = '\0';
+    TRY(file_read(path, 4096, &text, &size, fault));
+    *out = (char *)text;
+    (*out)[strcspn(*out, "\r\n")] = '\0';
     return FAULT_NONE;
 }
 
@@ -37,7 +38,9 @@ bool remote_open(remote_t *remote, const char *command, int *status)
         return false;
     }
     interrupt_catch();
-    fault_code_t code = read_token(remote, &fault);
+    fault_code_t code = read_secret(remote->token_file, &remote->token, &fault);
+    if (code == FAULT_NONE)
+        code = read_secret(remote->key_file, &remote->server_key, &fault);
     const link_options_t options = {.token = remote->token, .server_key = remote->server_key};
     if (code == FAULT_NONE)
         code = link_open(&remote->link, remote->address, &options, &fault);
@@ -55,7 +58,8 @@ void remote_close(remote_t *remote)
 {
     link_close(&remote->link);
     free(remote->token);
-    remote->token = NULL;
+    free(remote->server_key);
+    remote->token = remote->server_key = NULL;
 }
 
 uint64_t remote_job(const char *command, const char *text)

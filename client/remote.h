@@ -8,8 +8,8 @@
 #include "plan/job.h"
 
 typedef struct remote {
-    const char *address, *token_file, *server_key; /* as given */
-    char *token;
+    const char *address, *token_file, *key_file; /* as given */
+    char *token, *server_key;
     link_t *link;
 } remote_t;
 
@@ -22,7 +22,7 @@ typedef struct remote {
 #define REMOTE_USAGE                                                                                               \
     "  --master ADDR      the master, tcp://HOST:PORT or ipc://PATH (else $GARLAND_MASTER)\n"                      \
     "  --token-file FILE  the secret that the master asks for, if it does\n"                                       \
-    "  --server-key KEY   the master's public key, if it encrypts\n"
+    "  --server-key FILE  the master's public key, if it encrypts\n"
 
 /* Connects. False: *status is set, and why was said. */
 bool remote_open(remote_t *remote, const char *command, int *status);
