@@ -32,8 +32,8 @@ static inline double warp_turns(double y, double x)
 
 /* Sine and cosine of 2 pi u, u in [0,1). The nearest quarter q/4 is subtracted (exactly), the rest r in [-1/8,1/8]
  * goes through polynomials in r^2 that interpolate sin(2 pi r)/r and cos(2 pi r) at Chebyshev nodes (approximation
- * error 1.3e-17 and 1.9e-17 relative); 2 pi is carried in two doubles. Error below 1 ulp of each result; quarters
- * are exact. No branch, no call. */
+ * error 1.3e-17 and 1.9e-17 relative); 2 pi is carried in two doubles. Error below 1.1 ulp (measured: 1.04);
+ * quarters are exact. No branch, no call. */
 static inline void warp_sincos_turns(double u, double *s, double *c)
 {
     const int64_t quarter = (int64_t)(4.0 * u + 0.5);
