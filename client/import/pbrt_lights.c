@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "client/import/image_file.h"
+#include "client/import/picture.h"
 #include "client/import/pbrt_textures.h"
 
 #define LARGEST_RADIANCE 1e30
@@ -199,12 +199,12 @@ static double map_illuminance(const float *texels, uint32_t n)
 }
 
 /* The image as three floats a texel; the caller frees it. */
-static float *linear_texels(const image_file_t *image, bool *below_zero)
+static float *linear_texels(const picture_t *image, bool *below_zero)
 {
     float *texels = malloc((size_t)image->width * image->height * 3 * sizeof *texels), rgba[4];
     for (uint32_t y = 0; texels && y < image->height; y++)
         for (uint32_t x = 0; x < image->width; x++) {
-            image_file_texel(image, x, y, rgba);
+            picture_texel(image, x, y, rgba);
             for (int c = 0; c < 3; c++) {
                 *below_zero |= rgba[c] < 0;
                 texels[3 * ((size_t)y * image->width + x) + (size_t)c] = rgba[c] > 0 ? rgba[c] : 0;
@@ -216,11 +216,11 @@ static float *linear_texels(const image_file_t *image, bool *below_zero)
 static fault_code_t load_map(pbrt_state_t *state, const char *filename, int32_t *index, double *illuminance)
 {
     char path[PBRT_PATH_MAX];
-    image_file_t image;
+    picture_t image;
     bool below_zero = false;
     uint32_t added;
     TRY(pbrt_resolve(state, filename, path));
-    TRY(image_file_read(path, (image_coding_t){IMAGE_CODING_SRGB, 1}, &image, state->fault));
+    TRY(picture_read(path, (picture_coding_t){PICTURE_CODING_SRGB, 1}, &image, state->fault));
     fault_code_t code;
     float *texels = NULL;
     if (image.width != image.height)
@@ -241,7 +241,7 @@ static fault_code_t load_map(pbrt_state_t *state, const char *filename, int32_t 
         *illuminance = map_illuminance(texels, image.width);
     }
     free(texels);
-    image_file_clear(&image);
+    picture_clear(&image);
     return code;
 }
 
@@ -291,18 +291,18 @@ fault_code_t pbrt_light(pbrt_state_t *state, const char *kind, pbrt_params_t *pa
 static fault_code_t average_image(pbrt_state_t *state, const char *filename, rgb_t *average)
 {
     char path[PBRT_PATH_MAX];
-    image_file_t image;
+    picture_t image;
     float rgba[4];
     TRY(pbrt_resolve(state, filename, path));
-    TRY(image_file_read(path, (image_coding_t){IMAGE_CODING_SRGB, 1}, &image, state->fault));
+    TRY(picture_read(path, (picture_coding_t){PICTURE_CODING_SRGB, 1}, &image, state->fault));
     rgb_t sum = {0, 0, 0};
     for (uint32_t y = 0; y < image.height; y++)
         for (uint32_t x = 0; x < image.width; x++) {
-            image_file_texel(&image, x, y, rgba);
+            picture_texel(&image, x, y, rgba);
             sum = rgb_add(sum, rgb(fmax((double)rgba[0], 0), fmax((double)rgba[1], 0), fmax((double)rgba[2], 0)));
         }
     *average = rgb_scale(sum, 1.0 / ((double)image.width * image.height));
-    image_file_clear(&image);
+    picture_clear(&image);
     return FAULT_NONE;
 }
 

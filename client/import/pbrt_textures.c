@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "client/import/image_file.h"
+#include "client/import/picture.h"
 #include "client/import/stored_file.h"
 
 /* Colours beyond this are taken for mistakes. */
@@ -262,20 +262,20 @@ static fault_code_t read_mapping(pbrt_state_t *state, pbrt_params_t *params, sce
     return FAULT_NONE;
 }
 
-static fault_code_t read_coding(pbrt_state_t *state, pbrt_params_t *params, image_coding_t *coding)
+static fault_code_t read_coding(pbrt_state_t *state, pbrt_params_t *params, picture_coding_t *coding)
 {
     const char *text = "sRGB";
     char *end;
-    *coding = (image_coding_t){IMAGE_CODING_SRGB, 1};
+    *coding = (picture_coding_t){PICTURE_CODING_SRGB, 1};
     PBRT_TRY(state, params, pbrt_params_string(params, "encoding", &text, state->fault));
     if (strcmp(text, "sRGB") == 0)
         return FAULT_NONE;
     if (strcmp(text, "linear") == 0) {
-        coding->kind = IMAGE_CODING_LINEAR;
+        coding->kind = PICTURE_CODING_LINEAR;
         return FAULT_NONE;
     }
     if (strncmp(text, "gamma ", 6) == 0) {
-        coding->kind = IMAGE_CODING_GAMMA;
+        coding->kind = PICTURE_CODING_GAMMA;
         coding->gamma = strtod(text + 6, &end);
         if (end != text + 6 && *end == 0 && coding->gamma > 0 && coding->gamma <= 100)
             return FAULT_NONE;
@@ -283,7 +283,7 @@ static fault_code_t read_coding(pbrt_state_t *state, pbrt_params_t *params, imag
     return pbrt_fault(state, FAULT_UNKNOWN, "encoding \"%s\": expected \"sRGB\", \"linear\" or \"gamma G\"", text);
 }
 
-static fault_code_t add_image(pbrt_state_t *state, image_file_t *image, uint32_t *index)
+static fault_code_t add_image(pbrt_state_t *state, picture_t *image, uint32_t *index)
 {
     float *samples = image->texels;
     const size_t count = image->bytes / sizeof *samples;
@@ -298,11 +298,11 @@ static fault_code_t add_image(pbrt_state_t *state, image_file_t *image, uint32_t
 }
 
 /* The image of that file and coding, read once. */
-static fault_code_t load_image(pbrt_state_t *state, const char *name, image_coding_t coding,
+static fault_code_t load_image(pbrt_state_t *state, const char *name, picture_coding_t coding,
                                pbrt_loaded_image_t *out)
 {
     char path[PBRT_PATH_MAX], key[PBRT_PATH_MAX + 32];
-    image_file_t image;
+    picture_t image;
     TRY(pbrt_resolve(state, name, path));
     snprintf(key, sizeof key, "%d %g %s", (int)coding.kind, coding.gamma, path);
     const int32_t known = name_table_get(&state->images, key, -1);
@@ -310,11 +310,11 @@ static fault_code_t load_image(pbrt_state_t *state, const char *name, image_codi
         *out = state->image_list[known];
         return FAULT_NONE;
     }
-    TRY(image_file_read(path, coding, &image, state->fault));
+    TRY(picture_read(path, coding, &image, state->fault));
     out->channels = image.channels;
     out->opaque = image.opaque;
     const fault_code_t code = add_image(state, &image, &out->index);
-    image_file_clear(&image);
+    picture_clear(&image);
     TRY(code);
     pbrt_loaded_image_t *list = pbrt_grown(state->image_list, state->image_count, sizeof *list);
     if (!list)
@@ -329,7 +329,7 @@ static fault_code_t make_image(pbrt_state_t *state, pbrt_params_t *params, textu
     const char *filename = NULL, *wrap = "repeat";
     double scale = 1;
     bool invert = false;
-    image_coding_t coding;
+    picture_coding_t coding;
     pbrt_loaded_image_t image;
     PBRT_TRY(state, params, pbrt_params_string(params, "filename", &filename, state->fault));
     PBRT_TRY(state, params, pbrt_params_string(params, "wrap", &wrap, state->fault));

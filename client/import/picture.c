@@ -1,4 +1,4 @@
-#include "client/import/image_file.h"
+#include "client/import/picture.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,11 +9,12 @@
 #include <stb/stb_image.h>
 
 #include "base/file.h"
-#include "client/import/image_exr.h"
+#include "film/exr.h"
+#include "film/pfm.h"
 
 enum { FILE_MAX = 1 << 30 };
 
-void image_file_clear(image_file_t *image)
+void picture_clear(picture_t *image)
 {
     free(image->texels);
     memset(image, 0, sizeof *image);
@@ -22,10 +23,10 @@ void image_file_clear(image_file_t *image)
 static fault_code_t check_size(int64_t width, int64_t height, fault_t *fault)
 {
     if (width < 1 || height < 1 || width > SCENE_MAX_IMAGE_SIZE || height > SCENE_MAX_IMAGE_SIZE ||
-        (uint64_t)(width * height) > IMAGE_FILE_MAX_TEXELS)
+        (uint64_t)(width * height) > PICTURE_MAX_TEXELS)
         return fault_set(fault, FAULT_LIMIT, "an image of %lld x %lld texels: expected 1 to %d a side, %llu in all",
                          (long long)width, (long long)height, (int)SCENE_MAX_IMAGE_SIZE,
-                         (unsigned long long)IMAGE_FILE_MAX_TEXELS);
+                         (unsigned long long)PICTURE_MAX_TEXELS);
     return FAULT_NONE;
 }
 
@@ -34,12 +35,12 @@ static double srgb_to_linear(double v) /* IEC 61966-2-1 */
     return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
 }
 
-static double decode(image_coding_t coding, double v)
+static double decode(picture_coding_t coding, double v)
 {
     switch (coding.kind) {
-    case IMAGE_CODING_SRGB:
+    case PICTURE_CODING_SRGB:
         return srgb_to_linear(v);
-    case IMAGE_CODING_GAMMA:
+    case PICTURE_CODING_GAMMA:
         return pow(v, coding.gamma);
     default:
         return v;
@@ -62,7 +63,7 @@ static fault_code_t failed(fault_t *fault)
 }
 
 /* Integer samples of `depth` 8 or 16 bits to floats. */
-static fault_code_t to_floats(image_file_t *out, const void *samples, int depth, image_coding_t coding,
+static fault_code_t to_floats(picture_t *out, const void *samples, int depth, picture_coding_t coding,
                               fault_t *fault)
 {
     const size_t count = (size_t)out->width * out->height * out->channels;
@@ -88,14 +89,14 @@ static fault_code_t to_floats(image_file_t *out, const void *samples, int depth,
 }
 
 /* Takes `samples` (stb's, which come from malloc) as the image's texels or converts and frees them. */
-static fault_code_t keep(image_file_t *out, void *samples, int depth, image_coding_t coding, fault_t *fault)
+static fault_code_t keep(picture_t *out, void *samples, int depth, picture_coding_t coding, fault_t *fault)
 {
     if (!samples)
         return failed(fault);
     const size_t count = (size_t)out->width * out->height * out->channels;
-    if (depth == 8 && coding.kind != IMAGE_CODING_GAMMA) {
+    if (depth == 8 && coding.kind != PICTURE_CODING_GAMMA) {
         out->texels = samples;
-        out->texel = coding.kind == IMAGE_CODING_SRGB ? SCENE_TEXEL_SRGB8 : SCENE_TEXEL_LINEAR8;
+        out->texel = coding.kind == PICTURE_CODING_SRGB ? SCENE_TEXEL_SRGB8 : SCENE_TEXEL_LINEAR8;
         out->bytes = count;
         return FAULT_NONE;
     }
@@ -110,7 +111,7 @@ static fault_code_t keep(image_file_t *out, void *samples, int depth, image_codi
     return code;
 }
 
-static fault_code_t parse_stb(const uint8_t *data, size_t size, image_coding_t coding, image_file_t *out,
+static fault_code_t parse_stb(const uint8_t *data, size_t size, picture_coding_t coding, picture_t *out,
                               fault_t *fault)
 {
     const int length = (int)size;
@@ -138,72 +139,60 @@ static fault_code_t parse_stb(const uint8_t *data, size_t size, image_coding_t c
     return keep(out, samples, depth, coding, fault);
 }
 
-/* One white-space separated word of a PFM header. */
-static bool header_word(const uint8_t *data, size_t size, size_t *at, char word[32])
-{
-    size_t length = 0;
-    while (*at < size && strchr(" \t\r\n", data[*at]) && data[*at])
-        (*at)++;
-    while (*at < size && data[*at] && !strchr(" \t\r\n", data[*at]) && length < 31)
-        word[length++] = (char)data[(*at)++];
-    word[length] = 0;
-    return length > 0;
-}
-
-static float float_at(const uint8_t *data, bool big_endian)
-{
-    uint32_t bits;
-    memcpy(&bits, data, 4);
-    if (big_endian)
-        bits = __builtin_bswap32(bits);
-    float value;
-    memcpy(&value, &bits, 4);
-    return value;
-}
-
-/* Portable float map (Debevec): "PF" or "Pf", width, height, scale (negative: little endian), rows from the bottom.
+/* Which planes make the texels: R, G, B, perhaps A, or Y. Returns their number, 0 if there is no picture in them.
  */
-static fault_code_t parse_pfm(const uint8_t *data, size_t size, image_file_t *out, fault_t *fault)
+static uint32_t find_planes(const image_t *image, const float *planes[4])
 {
-    char word[4][32];
-    size_t at = 0;
-    for (int i = 0; i < 4; i++)
-        if (!header_word(data, size, &at, word[i]))
-            return fault_set(fault, FAULT_FORMAT, "a PFM header that ends early");
-    const long width = strtol(word[1], NULL, 10), height = strtol(word[2], NULL, 10);
-    TRY(check_size(width, height, fault));
-    const double scale = strtod(word[3], NULL);
-    out->channels = word[0][1] == 'F' ? 3 : 1;
-    const size_t row = (size_t)width * out->channels, expected = row * (size_t)height * 4;
-    if (at >= size || size - at - 1 < expected)
-        return fault_set(fault, FAULT_FORMAT, "a PFM of %ld x %ld with %zu bytes of samples: expected %zu", width,
-                         height, at >= size ? 0 : size - at - 1, expected);
-    const uint8_t *samples = data + at + 1;
-    float *texels = malloc(expected);
+    static const char *const names[] = {"R", "G", "B", "A"};
+    uint32_t found = 0;
+    for (; found < 4; found++) {
+        const int c = image_find(image, names[found]);
+        if (c < 0)
+            break;
+        planes[found] = image_channel(image, (uint32_t)c);
+    }
+    if (found >= 3)
+        return found;
+    const int grey = image_find(image, "Y");
+    if (grey < 0)
+        return 0;
+    planes[0] = image_channel(image, (uint32_t)grey);
+    return 1;
+}
+
+static fault_code_t from_planes(const image_t *image, picture_t *out, fault_t *fault)
+{
+    const float *planes[4];
+    TRY(check_size(image->width, image->height, fault));
+    const uint32_t channels = find_planes(image, planes);
+    if (channels == 0)
+        return fault_set(fault, FAULT_FORMAT, "an image without channels R, G, B or Y");
+    const size_t count = (size_t)image->width * image->height;
+    float *texels = malloc(count * channels * sizeof *texels);
     if (!texels)
-        return fault_set(fault, FAULT_MEMORY, "no memory for an image of %zu bytes", expected);
-    for (long y = 0; y < height; y++)
-        for (size_t x = 0; x < row; x++)
-            texels[(size_t)y * row + x] = float_at(samples + 4 * ((size_t)(height - 1 - y) * row + x), scale > 0);
-    out->width = (uint32_t)width;
-    out->height = (uint32_t)height;
+        return fault_set(fault, FAULT_MEMORY, "no memory for an image of %zu texels", count);
+    for (size_t i = 0; i < count; i++)
+        for (uint32_t c = 0; c < channels; c++)
+            texels[i * channels + c] = planes[c][i];
+    out->width = image->width;
+    out->height = image->height;
+    out->channels = channels;
     out->texel = SCENE_TEXEL_FLOAT32;
-    out->bytes = expected;
+    out->bytes = count * channels * sizeof *texels;
     out->texels = texels;
     return FAULT_NONE;
 }
 
-static fault_code_t parse_exr(const uint8_t *data, size_t size, image_file_t *out, fault_t *fault)
+static fault_code_t parse_planes(const uint8_t *data, size_t size, bool exr, picture_t *out, fault_t *fault)
 {
-    float *texels = NULL;
-    TRY(image_exr_parse(data, size, &out->width, &out->height, &out->channels, &texels, fault));
-    out->texel = SCENE_TEXEL_FLOAT32;
-    out->bytes = (size_t)out->width * out->height * out->channels * sizeof(float);
-    out->texels = texels;
-    return FAULT_NONE;
+    image_t image;
+    TRY(exr ? exr_decode(&image, data, size, fault) : pfm_decode(&image, data, size, fault));
+    const fault_code_t code = from_planes(&image, out, fault);
+    image_clear(&image);
+    return code;
 }
 
-static fault_code_t check_finite(const image_file_t *image, fault_t *fault)
+static fault_code_t check_finite(const picture_t *image, fault_t *fault)
 {
     const float *samples = image->texels;
     const size_t row = (size_t)image->width * image->channels;
@@ -214,7 +203,7 @@ static fault_code_t check_finite(const image_file_t *image, fault_t *fault)
     return FAULT_NONE;
 }
 
-static bool is_opaque(const image_file_t *image)
+static bool is_opaque(const picture_t *image)
 {
     const size_t count = (size_t)image->width * image->height;
     if (image->channels < 4)
@@ -226,42 +215,42 @@ static bool is_opaque(const image_file_t *image)
     return true;
 }
 
-fault_code_t image_file_parse(const uint8_t *data, size_t size, image_coding_t coding, image_file_t *out,
-                              fault_t *fault)
+fault_code_t picture_parse(const uint8_t *data, size_t size, picture_coding_t coding, picture_t *out,
+                           fault_t *fault)
 {
     memset(out, 0, sizeof *out);
     fault_code_t code;
     if (size > FILE_MAX)
         return fault_set(fault, FAULT_LIMIT, "an image file of %zu bytes: expected at most %d", size, FILE_MAX);
     if (size >= 4 && memcmp(data, "\x76\x2f\x31\x01", 4) == 0)
-        code = parse_exr(data, size, out, fault);
+        code = parse_planes(data, size, true, out, fault);
     else if (size >= 3 && data[0] == 'P' && (data[1] == 'F' || data[1] == 'f') && strchr(" \t\r\n", data[2]))
-        code = parse_pfm(data, size, out, fault);
+        code = parse_planes(data, size, false, out, fault);
     else
         code = parse_stb(data, size, coding, out, fault);
     if (code == FAULT_NONE)
         code = check_finite(out, fault);
     if (code)
-        image_file_clear(out);
+        picture_clear(out);
     else
         out->opaque = is_opaque(out);
     return code;
 }
 
-fault_code_t image_file_read(const char *path, image_coding_t coding, image_file_t *out, fault_t *fault)
+fault_code_t picture_read(const char *path, picture_coding_t coding, picture_t *out, fault_t *fault)
 {
     uint8_t *data = NULL;
     size_t size = 0;
     memset(out, 0, sizeof *out);
     TRY(file_read(path, FILE_MAX, &data, &size, fault));
-    const fault_code_t code = image_file_parse(data, size, coding, out, fault);
+    const fault_code_t code = picture_parse(data, size, coding, out, fault);
     free(data);
     if (code)
         fault_prefix(fault, "%s", path);
     return code;
 }
 
-void image_file_texel(const image_file_t *image, uint32_t x, uint32_t y, float rgba[4])
+void picture_texel(const picture_t *image, uint32_t x, uint32_t y, float rgba[4])
 {
     const size_t at = ((size_t)y * image->width + x) * image->channels;
     for (uint32_t c = 0; c < 4; c++) {
