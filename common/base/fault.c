@@ -1,5 +1,6 @@
 #include "base/fault.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -18,19 +19,19 @@ fault_code_t fault_set(fault_t *fault, fault_code_t code, const char *format, ..
 
 fault_code_t fault_prefix(fault_t *fault, const char *format, ...)
 {
-    if (!fault)
-        return FAULT_NONE;
-    char text[FAULT_TEXT_SIZE];
+    assert(fault);
+    char inner[FAULT_TEXT_SIZE];
+    memcpy(inner, fault->text, sizeof inner);
     va_list args;
     va_start(args, format);
-    int length = vsnprintf(text, sizeof text, format, args);
+    const int length = vsnprintf(fault->text, sizeof fault->text, format, args);
     va_end(args);
-    if (length < 0)
-        length = 0;
-    if ((size_t)length < sizeof text)
-        snprintf(text + length, sizeof text - (size_t)length, ": %s", fault->text);
-    memcpy(fault->text, text, sizeof text);
-    fault->text[sizeof fault->text - 1] = '\0';
+    const char *const parts[] = {": ", inner};
+    size_t at = length < 0 ? 0 : (size_t)length;
+    for (int i = 0; i < 2; i++)
+        for (const char *c = parts[i]; *c && at + 1 < sizeof fault->text; c++)
+            fault->text[at++] = *c;
+    fault->text[at + 1 < sizeof fault->text ? at : sizeof fault->text - 1] = '\0';
     return fault->code;
 }
 

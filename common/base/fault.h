@@ -50,7 +50,8 @@ typedef struct fault {
 fault_code_t fault_set(fault_t *fault, fault_code_t code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Puts "prefix: " before the text that is there: the outer place before the inner one. Returns fault->code. */
+/* Puts "prefix: " before the text that is there: the outer place before the inner one. Returns fault->code;
+ * fault must not be null. */
 fault_code_t fault_prefix(fault_t *fault, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* The code's short text; static storage. */

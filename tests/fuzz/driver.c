@@ -17,14 +17,14 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { MAX_SEEDS = 256, MAX_INPUT = 1 << 20 };
+enum { DRIVER_MAX_SEEDS = 256, DRIVER_MAX_INPUT = 1 << 20 };
 
 typedef struct seed {
     uint8_t *data;
     size_t size;
 } seed_t;
 
-static seed_t seeds[MAX_SEEDS];
+static seed_t seeds[DRIVER_MAX_SEEDS];
 static size_t seed_count;
 static uint64_t counter;
 
@@ -51,7 +51,7 @@ static void add_path(const char *path)
             closedir(folder);
         return;
     }
-    if (seed_count == MAX_SEEDS || info.st_size > MAX_INPUT)
+    if (seed_count == DRIVER_MAX_SEEDS || info.st_size > DRIVER_MAX_INPUT)
         return;
     FILE *file = fopen(path, "rb");
     if (!file)
@@ -92,7 +92,7 @@ static size_t mutate(uint8_t *data, size_t size)
             size -= length;
             break;
         case 4:
-            if (size + length <= MAX_INPUT) {
+            if (size + length <= DRIVER_MAX_INPUT) {
                 memmove(data + at + length, data + at, size - at);
                 size += length;
             }
@@ -117,7 +117,7 @@ int main(int argc, char **argv)
     run(nothing, 0);
     if (seed_count == 0)
         seeds[seed_count++] = (seed_t){calloc(1, 64), 64};
-    uint8_t *data = malloc(MAX_INPUT);
+    uint8_t *data = malloc(DRIVER_MAX_INPUT);
     uint64_t done = 1;
     for (size_t i = 0; i < seed_count; i++) {
         run(seeds[i].data, seeds[i].size);
