@@ -20,9 +20,11 @@ typedef struct stream {
 #define EXR_MAX_RATIO UINT64_C(65536)
 #define EXR_RATIO_SLACK (UINT64_C(1) << 24)
 
+/* Zeroed: the library's decoders can leave the end of their buffers unset when a chunk's data is cut short or
+ * corrupt, and pixels must not show what was in memory before. */
 static void *allocate(size_t bytes)
 {
-    return bytes <= EXR_MAX_ALLOCATION ? malloc(bytes) : NULL;
+    return bytes <= EXR_MAX_ALLOCATION ? calloc(1, bytes) : NULL;
 }
 
 static stream_t *stream_of(exr_const_context_t context)
