@@ -97,7 +97,7 @@ static size_t list_folder(const char *folder, bool (*passes)(const char *name), 
             *files = more;
         }
         folder_file_t *file = &(*files)[count++];
-        snprintf(file->name, sizeof file->name, "%s", entry->d_name);
+        memcpy(file->name, entry->d_name, strlen(entry->d_name) + 1); /* its length has been checked */
         file->size = (uint64_t)info.st_size;
         file->changed = info.st_mtim;
     }
