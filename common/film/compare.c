@@ -53,7 +53,8 @@ static fault_code_t find_planes(planes_t *p, const image_t *const images[3], con
                              images[0]->width, images[0]->height, names[i], image->width, image->height);
         const fault_code_t code = image_find_rgb(image, planes[i], fault);
         if (code != FAULT_NONE) {
-            fault_prefix(fault, "%s", names[i]);
+            if (fault)
+                fault_prefix(fault, "%s", names[i]);
             return code;
         }
     }

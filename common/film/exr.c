@@ -232,7 +232,8 @@ fault_code_t exr_write(const image_t *image, const char *path, fault_t *fault)
     size_t size;
     const fault_code_t encoded = exr_encode(image, &data, &size, fault);
     if (encoded != FAULT_NONE) {
-        fault_prefix(fault, "%s", path);
+        if (fault)
+            fault_prefix(fault, "%s", path);
         return encoded;
     }
     const fault_code_t code = file_write(path, data, size, fault);
@@ -350,7 +351,8 @@ static fault_code_t read_chunk(reader_t *reader, const exr_chunk_info_t *chunk, 
     if (result == EXR_ERR_SUCCESS)
         return FAULT_NONE;
     const fault_code_t code = library_fault(reader->stream, result, "reading pixels", fault);
-    fault_prefix(fault, "chunk at (%u,%u)", x, y);
+    if (fault)
+        fault_prefix(fault, "chunk at (%u,%u)", x, y);
     return code;
 }
 
@@ -436,7 +438,7 @@ fault_code_t exr_read(image_t *image, const char *path, fault_t *fault)
     TRY(file_read(path, IMAGE_MAX_FILE_BYTES, &data, &size, fault));
     const fault_code_t code = exr_decode(image, data, size, fault);
     free(data);
-    if (code != FAULT_NONE)
+    if (code != FAULT_NONE && fault)
         fault_prefix(fault, "%s", path);
     return code;
 }

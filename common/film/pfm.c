@@ -119,7 +119,7 @@ fault_code_t pfm_read(image_t *image, const char *path, fault_t *fault)
     TRY(file_read(path, IMAGE_MAX_FILE_BYTES, &data, &size, fault));
     const fault_code_t code = pfm_decode(image, data, size, fault);
     free(data);
-    if (code != FAULT_NONE)
+    if (code != FAULT_NONE && fault)
         fault_prefix(fault, "%s", path);
     return code;
 }
@@ -155,7 +155,8 @@ fault_code_t pfm_write(const image_t *image, const char *path, fault_t *fault)
     size_t size;
     const fault_code_t encoded = pfm_encode(image, &data, &size, fault);
     if (encoded != FAULT_NONE) {
-        fault_prefix(fault, "%s", path);
+        if (fault)
+            fault_prefix(fault, "%s", path);
         return encoded;
     }
     const fault_code_t code = file_write(path, data, size, fault);

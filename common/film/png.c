@@ -57,7 +57,8 @@ fault_code_t png_write(const image_t *image, double exposure, const char *path, 
     size_t size;
     const fault_code_t encoded = png_encode(image, exposure, &data, &size, fault);
     if (encoded != FAULT_NONE) {
-        fault_prefix(fault, "%s", path);
+        if (fault)
+            fault_prefix(fault, "%s", path);
         return encoded;
     }
     const fault_code_t code = file_write(path, data, size, fault);

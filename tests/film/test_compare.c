@@ -165,6 +165,7 @@ static void what_cannot_be_compared_is_refused(void **state)
                  compare_images(&result, &small, &black, NULL, NULL, fault));
     assert_fault(FAULT_NOT_FOUND, "b.exr: no channel \"R\" nor \"Y\": found Z, N.X",
                  compare_images(&result, &small, &depth, NULL, &named, fault));
+    assert_int_equal(compare_images(&result, &small, &depth, NULL, NULL, NULL), FAULT_NOT_FOUND);
     assert_fault(FAULT_RANGE, "grid: 33", compare_images(&result, &small, &small, NULL, &coarse, fault));
     assert_fault(FAULT_RANGE, "trim: 1", compare_images(&result, &small, &small, NULL, &wide, fault));
     assert_fault(FAULT_RANGE, "trim: nan", compare_images(&result, &small, &small, NULL, &odd, fault));

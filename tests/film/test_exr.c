@@ -102,6 +102,8 @@ static void impossible_places_are_named_and_left_clean(void **state)
     assert_int_not_equal(exr_write(&image, inside, NULL), FAULT_NONE);
     assert_int_not_equal(exr_write(&image, scratch.folder, &written), FAULT_NONE); /* a folder is in the way */
     assert_fault(FAULT_NOT_FOUND, inside, exr_read(&none, inside, fault));
+    assert_int_equal(exr_read(&none, inside, NULL), FAULT_NOT_FOUND);
+    assert_int_equal(image_file_read(&none, inside, NULL), FAULT_NOT_FOUND);
     assert_fault(FAULT_UNKNOWN, ".exr, .pfm or .png", image_file_write(&image, 1, "a.tiff", fault));
     scratch_close(&scratch);
     image_clear(&image);
@@ -120,6 +122,7 @@ static void truncated_files_are_refused(void **state)
         memcpy(exact, data, cut);
         fault_t fault = {0};
         assert_int_not_equal(exr_decode(&back, exact, cut, &fault), FAULT_NONE);
+        assert_int_equal(exr_decode(&back, exact, cut, NULL), fault.code);
         assert_true(fault.text[0] != '\0');
         assert_null(back.data);
         free(exact);
