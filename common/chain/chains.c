@@ -1,12 +1,13 @@
-/* chains.c: multiplexed Metropolis light transport (Hachisuka, Kaplanyan, Dachsbacher 2014): Markov chains on (s, u)
- * for one path length.
+/* chains.c: multiplexed Metropolis light transport (Hachisuka, Kaplanyan, Dachsbacher 2014): Markov chains on (s,
+ * u) for one path length.
  *
- * Moves. Large step: s and all numbers drawn anew. Small step: every number perturbed, s kept or, with the probability
- * settings.technique_step, drawn anew; both are symmetric, so acceptance is C(v) / C(u). Only the numbers that the
- * current or the proposed technique uses are touched: the set is the same seen from either end, so symmetry holds.
+ * Moves. Large step: s and all numbers drawn anew. Small step: every number perturbed, s kept or, with the
+ * probability settings.technique_step, drawn anew; both are symmetric, so acceptance is C(v) / C(u). Only the
+ * numbers that the current or the proposed technique uses are touched: the set is the same seen from either end, so
+ * symmetry holds.
  *
- * Expected values (Veach 1997, 11.3.1): each step adds the proposal with weight a and the current state with 1 - a; the current
- * state's weights are gathered until it is left. A proposal without contribution never enters a ratio.
+ * Expected values (Veach 1997, 11.3.1): each step adds the proposal with weight a and the current state with 1 - a;
+ * the current state's weights are gathered until it is left. A proposal without contribution never enters a ratio.
  *
  * Large steps are independent samples: their C estimates b_k on the way.
  */
@@ -15,12 +16,12 @@
 typedef struct chain {
     work_space_t *space;
     const target_t *target;
-    uint64_t key;          /* of this chain's random numbers */
+    uint64_t key; /* of this chain's random numbers */
     uint32_t s;
     target_value_t current;
-    double gathered;       /* weight of the current state not yet splatted */
+    double gathered; /* weight of the current state not yet splatted */
     double *camera, *light, *camera_new, *light_new;
-    uint64_t stay;         /* rejections in a row */
+    uint64_t stay; /* rejections in a row */
 } chain_t;
 
 static uint32_t chain_draw_technique(const chain_t *chain, uint64_t key)
@@ -48,7 +49,8 @@ static void chain_propose(chain_t *chain, uint64_t key, bool large, uint32_t cam
 
 static void chain_splat(chain_t *chain, const target_value_t *value, double weight, uint64_t key, uint64_t draw)
 {
-    unit_splat(chain->target->scene, &chain->space->film, value->raster, rgb_scale(value->color, weight), key, draw);
+    unit_splat(chain->target->scene, &chain->space->film, value->raster, rgb_scale(value->color, weight), key,
+               draw);
 }
 
 static void chain_step(chain_t *chain, uint64_t step, work_stats_t *stats)
@@ -59,7 +61,8 @@ static void chain_step(chain_t *chain, uint64_t step, work_stats_t *stats)
     const uint64_t key = random_step(chain->key, step);
     const double choice = random_double(key, UNIT_DRAW_MOVE);
     const bool large = choice < settings->large_step;
-    const bool redraw = large || choice < settings->large_step + (1 - settings->large_step) * settings->technique_step;
+    const bool redraw =
+        large || choice < settings->large_step + (1 - settings->large_step) * settings->technique_step;
     const uint32_t s = redraw ? chain_draw_technique(chain, key) : chain->s;
     const work_move_t move = large ? WORK_MOVE_LARGE : redraw ? WORK_MOVE_TECHNIQUE : WORK_MOVE_SMALL;
     const uint32_t k = target->length;
@@ -108,7 +111,8 @@ static fault_code_t chain_run(chain_t *chain, uint64_t candidate, uint64_t mutat
     chain->s = unit_candidate(chain->space, target, candidate, chain->camera, chain->light);
     target_eval(target, &chain->space->path, chain->s, chain->camera, chain->light, &chain->current);
     if (!(chain->current.c > 0))
-        return fault_set(fault, FAULT_RANGE, "seed %llu of length %u carries no light: it is not of this scene's pilot",
+        return fault_set(fault, FAULT_RANGE,
+                         "seed %llu of length %u carries no light: it is not of this scene's pilot",
                          (unsigned long long)candidate, target->length);
     chain->gathered = 0;
     chain->stay = 0;
@@ -129,14 +133,14 @@ fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const
     const renderer_t *renderer = space->renderer;
     TRY(unit_film(space, fault));
     for (uint64_t i = 0; i < record->count; i++) {
-        chain_t chain = {.space = space,
-                         .target = &renderer->targets[record->length],
-                         .key = random_key(renderer->settings.seed, RANDOM_PURPOSE_CHAIN, record->length,
-                                           record->first + i),
-                         .camera = space->camera,
-                         .light = space->light,
-                         .camera_new = space->camera_new,
-                         .light_new = space->light_new};
+        chain_t chain = {
+            .space = space,
+            .target = &renderer->targets[record->length],
+            .key = random_key(renderer->settings.seed, RANDOM_PURPOSE_CHAIN, record->length, record->first + i),
+            .camera = space->camera,
+            .light = space->light,
+            .camera_new = space->camera_new,
+            .light_new = space->light_new};
         const uint64_t begin = i * record->mutations / record->count,
                        end = (i + 1) * record->mutations / record->count;
         TRY(chain_run(&chain, record->seeds[i], end - begin, cancel, &result->stats, fault));

@@ -46,7 +46,8 @@ fault_code_t unit_features(work_space_t *space, const work_record_t *record, con
         for (uint32_t x = 0; x < camera->width; x++)
             for (int i = 0; i < FEATURE_SIDE * FEATURE_SIDE; i++) {
                 const double raster_x = x + (i % FEATURE_SIDE + 0.5) / FEATURE_SIDE;
-                const double raster_y = (double)(record->first + y) + ((double)(i / FEATURE_SIDE) + 0.5) / FEATURE_SIDE;
+                const double raster_y =
+                    (double)(record->first + y) + ((double)(i / FEATURE_SIDE) + 0.5) / FEATURE_SIDE;
                 const double film[2] = {(raster_x - camera->raster_x0) / camera->raster_w,
                                         (raster_y - camera->raster_y0) / camera->raster_h};
                 feature_ray(space, film, space->features + row * y + (size_t)WORK_FEATURE_CHANNELS * x);

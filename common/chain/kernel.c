@@ -57,7 +57,8 @@ static void kernel_gaussian(const kernel_t *kernel, uint64_t key, uint64_t first
 void kernel_perturb(const kernel_t *kernel, uint64_t key, uint64_t first, const double *from, double *to,
                     uint32_t count)
 {
-    (kernel->kind == SETTINGS_KERNEL_KELEMEN ? kernel_kelemen : kernel_gaussian)(kernel, key, first, from, to, count);
+    (kernel->kind == SETTINGS_KERNEL_KELEMEN ? kernel_kelemen : kernel_gaussian)(kernel, key, first, from, to,
+                                                                                 count);
 }
 
 void kernel_draw(uint64_t key, uint64_t first, double *to, uint32_t count)

@@ -1,8 +1,9 @@
 /* kernel.h: symmetric perturbations of numbers on the torus [0,1).
  *
- * Kelemen's kernel (Kelemen et al. 2002, section 4.2): u +- s2 exp(-log(s2/s1) r), r uniform: densities proportional to 1/|du| between s1 and
- * s2. The power of two is a polynomial of relative error below 3e-6: any symmetric kernel serves, so this costs no
- * correctness. Gaussian kernel: standard deviation sigma, by the Box-Muller transform.
+ * Kelemen's kernel (Kelemen et al. 2002, section 4.2): u +- s2 exp(-log(s2/s1) r), r uniform: densities
+ * proportional to 1/|du| between s1 and s2. The power of two is a polynomial of relative error below 3e-6: any
+ * symmetric kernel serves, so this costs no correctness. Gaussian kernel: standard deviation sigma, by the
+ * Box-Muller transform.
  *
  * Number i of the result depends on (key, first + i) and u[i] alone.
  */

@@ -2,8 +2,8 @@
  * special case of the techniques s <= 1.
  *
  * A sample is one walk from the camera and one from a light, all their vertices joined in all allowed ways (Veach
- * 1997, chapter 10); connections to the light itself (s = 1) draw a point of their own for every camera vertex. Sample i
- * belongs to pixel i mod (width height): every pass over the image is stratified.
+ * 1997, chapter 10); connections to the light itself (s = 1) draw a point of their own for every camera vertex.
+ * Sample i belongs to pixel i mod (width height): every pass over the image is stratified.
  */
 #include <string.h>
 
@@ -14,8 +14,8 @@ typedef struct sampler {
     const renderer_t *renderer;
     uint64_t key;
     double scale;
-    double *totals;      /* per length: luminance of this sample */
-    rgb_t pixel;         /* what the camera walk gathered */
+    double *totals;         /* per length: luminance of this sample */
+    rgb_t pixel;            /* what the camera walk gathered */
     uint32_t camera, light; /* vertices reached */
 } sampler_t;
 

@@ -18,18 +18,18 @@ typedef enum settings_kernel { SETTINGS_KERNEL_KELEMEN = 0, SETTINGS_KERNEL_GAUS
 
 typedef struct settings {
     settings_algorithm_t algorithm;
-    uint32_t width, height; /* pixels; 0: the scene's */
-    int32_t filter;         /* scene_filter_t, or -1: the scene's */
-    double filter_radius;   /* pixels; 0: the filter's usual one (box 0.5, triangle 1, gaussian 1.5) */
+    uint32_t width, height;   /* pixels; 0: the scene's */
+    int32_t filter;           /* scene_filter_t, or -1: the scene's */
+    double filter_radius;     /* pixels; 0: the filter's usual one (box 0.5, triangle 1, gaussian 1.5) */
     uint32_t max_path_length; /* segments, 1 .. PATH_MAX_LENGTH; 0: the scene's, or 12 */
     uint64_t seed;
     settings_target_t target;
     settings_kernel_t kernel;
-    double large_step;      /* probability of a large step */
-    double technique_step;  /* probability that a small step draws the technique anew */
+    double large_step;         /* probability of a large step */
+    double technique_step;     /* probability that a small step draws the technique anew */
     double step_min, step_max; /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
-    uint64_t chain_length;  /* mutations a chain makes; 0: chosen by the plan */
-    uint64_t pilot_samples; /* candidates a path length; 0: chosen by the plan */
+    uint64_t chain_length;     /* mutations a chain makes; 0: chosen by the plan */
+    uint64_t pilot_samples;    /* candidates a path length; 0: chosen by the plan */
 } settings_t;
 
 /* Defaults for everything. */

@@ -11,17 +11,17 @@
 /* The state space of one length: its techniques and the sizes of its streams. */
 typedef struct target {
     const path_scene_t *scene;
-    uint32_t length;     /* k */
+    uint32_t length; /* k */
     settings_target_t kind;
-    uint32_t count;      /* n_k: techniques that take part */
+    uint32_t count;                  /* n_k: techniques that take part */
     uint8_t list[PATH_MAX_VERTICES]; /* their s */
     path_techniques_t techniques;
     uint32_t camera_count, light_count; /* numbers that any technique of the length may use */
 } target_t;
 
 typedef struct target_value {
-    double c;      /* C_s(u); 0 if the path carries nothing */
-    rgb_t color;   /* value / C: what a splat of weight 1 adds */
+    double c;    /* C_s(u); 0 if the path carries nothing */
+    rgb_t color; /* value / C: what a splat of weight 1 adds */
     vec2_t raster;
 } target_value_t;
 

@@ -17,12 +17,12 @@ struct renderer {
 struct work_space {
     const renderer_t *renderer;
     path_space_t path;
-    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];     /* the current state's numbers */
+    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];         /* the current state's numbers */
     double camera_new[PATH_MAX_DIMENSIONS], light_new[PATH_MAX_DIMENSIONS]; /* the proposal's */
-    film_t film;       /* made when first needed */
+    film_t film;                                                            /* made when first needed */
     work_moments_t *moments; /* room for every length and technique */
     uint32_t moment_room;
-    double *weights;   /* room for WORK_MAX_CANDIDATES, grown when needed */
+    double *weights; /* room for WORK_MAX_CANDIDATES, grown when needed */
     uint32_t weight_room;
     float *features;
     size_t feature_room;
@@ -38,7 +38,8 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
 fault_code_t unit_features(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                            work_result_t *result, fault_t *fault);
 
-/* Candidate `index` of length k: its technique and all of its numbers, as a pilot draws them and a seed repeats them. */
+/* Candidate `index` of length k: its technique and all of its numbers, as a pilot draws them and a seed repeats
+ * them. */
 uint32_t unit_candidate(const work_space_t *space, const target_t *target, uint64_t index, double *camera,
                         double *light);
 
@@ -62,13 +63,14 @@ enum {
     UNIT_DRAW_NEXT_EVENT = 2048 /* independent samples: 3 for each camera vertex */
 };
 
-/* Splats value at the raster position, moved by the filter. */
+/* Splats value at the raster position, moved by a sample of the pixel filter and weighted by what that leaves. */
 static inline void unit_splat(const path_scene_t *scene, film_t *film, vec2_t raster, rgb_t value, uint64_t key,
                               uint64_t draw)
 {
     if (!scene->camera.filter_is_box) {
-        const vec2_t offset = camera_filter_offset(&scene->camera, random_double(key, draw),
-                                                   random_double(key, draw + 1));
+        const vec2_t offset =
+            camera_filter_offset(&scene->camera, random_double(key, draw), random_double(key, draw + 1));
+        value = rgb_scale(value, camera_filter_weight(&scene->camera, raster));
         raster.x += offset.x;
         raster.y += offset.y;
     }

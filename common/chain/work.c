@@ -139,7 +139,8 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
                          settings->max_path_length);
     if (record->kind == WORK_CHAINS && space->renderer->targets[record->length].count == 0)
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
-    if (record->kind == WORK_FEATURES && (record->first >= settings->height || record->count > settings->height - record->first))
+    if (record->kind == WORK_FEATURES &&
+        (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",
                          (unsigned long long)record->first, (unsigned long long)(record->first + record->count),
                          settings->height);
@@ -152,7 +153,8 @@ static fault_code_t work_reserve(work_space_t *space, const work_record_t *recor
     if (record->kind == WORK_PILOT && record->count > space->weight_room) {
         double *weights = realloc(space->weights, sizeof *weights * record->count);
         if (!weights)
-            return fault_set(fault, FAULT_MEMORY, "no memory for %llu candidates", (unsigned long long)record->count);
+            return fault_set(fault, FAULT_MEMORY, "no memory for %llu candidates",
+                             (unsigned long long)record->count);
         space->weights = weights;
         space->weight_room = (uint32_t)record->count;
     }

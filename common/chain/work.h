@@ -1,7 +1,8 @@
 /* work.h: units of work: what the master hands out and what a worker's thread makes of it.
  *
- * A unit's result is a function of (scene, settings, record) alone: no clock, thread, order or neighbour enters it, but for
- * the timing figures in its stats. Units are small (a fraction of a second to seconds), so a lost one costs little.
+ * A unit's result is a function of (scene, settings, record) alone: no clock, thread, order or neighbour enters it,
+ * but for the timing figures in its stats. Units are small (a fraction of a second to seconds), so a lost one costs
+ * little.
  *
  *     renderer_t *renderer;                              one a job and process, immutable
  *     TRY(renderer_new(&renderer, scene, &settings, fault));
@@ -23,7 +24,8 @@
 typedef struct renderer renderer_t;
 typedef struct work_space work_space_t;
 
-/* Builds what rendering needs: the Embree scene, light tables, materials. `scene` is borrowed for the renderer's life. */
+/* Builds what rendering needs: the Embree scene, light tables, materials. `scene` is borrowed for the renderer's
+ * life. */
 fault_code_t renderer_new(renderer_t **out, const scene_t *scene, const settings_t *settings, fault_t *fault);
 /* Fills in what settings leave to the scene: film size, path length. Needs no Embree. */
 fault_code_t renderer_complete_settings(settings_t *settings, const scene_t *scene, fault_t *fault);
@@ -49,14 +51,14 @@ enum {
 };
 
 typedef struct work_record {
-    uint32_t kind;   /* work_kind_t */
-    uint32_t length; /* k: pilot and chains; else 0 */
-    uint64_t first;  /* pilot, samples: index of the first candidate or sample; chains: id of the first chain;
-                        features: first row */
-    uint64_t count;  /* of candidates, samples, chains, or rows */
+    uint32_t kind;      /* work_kind_t */
+    uint32_t length;    /* k: pilot and chains; else 0 */
+    uint64_t first;     /* pilot, samples: index of the first candidate or sample; chains: id of the first chain;
+                           features: first row */
+    uint64_t count;     /* of candidates, samples, chains, or rows */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
-    double scale;    /* samples: film value of a contribution of 1; else 0 */
-    uint64_t *seeds; /* chains: the candidate each starts from, `count` of them; owned by the record */
+    double scale;       /* samples: film value of a contribution of 1; else 0 */
+    uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
 } work_record_t;
 
 void work_record_clear(work_record_t *record);
@@ -83,24 +85,25 @@ typedef enum work_move { WORK_MOVE_LARGE = 0, WORK_MOVE_SMALL, WORK_MOVE_TECHNIQ
 typedef struct work_stats {
     double cpu_seconds;
     uint64_t rays, shadow_rays;
-    uint64_t evaluations;             /* of the target, or samples */
+    uint64_t evaluations; /* of the target, or samples */
     uint64_t rejects[WORK_REJECTS];
     uint64_t proposed[WORK_MOVES];
-    double accepted[WORK_MOVES];      /* sum of acceptance probabilities */
-    uint64_t zero_proposals;          /* proposals without contribution */
-    uint64_t longest_stay;            /* rejections in a row, the most */
+    double accepted[WORK_MOVES]; /* sum of acceptance probabilities */
+    uint64_t zero_proposals;     /* proposals without contribution */
+    uint64_t longest_stay;       /* rejections in a row, the most */
 } work_stats_t;
 
 typedef struct work_result {
     uint32_t kind, length;
     work_stats_t stats;
     /* Estimators. Pilot and chains (their large steps) of length k: [0] the length's b_k (technique factor
-     * included), [1 + s] the part of technique s. Samples: for each length k = 1..K, 1 + (k+1) such entries in a row. */
+     * included), [1 + s] the part of technique s. Samples: for each length k = 1..K, 1 + (k+1) such entries in a
+     * row. */
     uint32_t moment_count;
     work_moments_t *moments;
     uint32_t weight_count; /* pilot: the target C of each candidate, times the number of techniques */
     double *weights;
-    bool has_film;         /* chains, samples */
+    bool has_film; /* chains, samples */
     film_t film;
     uint32_t feature_rows, feature_width; /* features: WORK_FEATURE_CHANNELS floats a pixel */
     float *features;
@@ -122,8 +125,8 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
 
 /* The result as bytes; *data is the caller's to free(). */
 fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, size_t *size, fault_t *fault);
-/* Decodes hostile bytes into a result that owns its arrays; film size and array lengths must be what the record asks
- * for. Clear it with work_result_clear. */
+/* Decodes hostile bytes into a result that owns its arrays; film size and array lengths must be what the record
+ * asks for. Clear it with work_result_clear. */
 fault_code_t work_result_decode(work_result_t *result, const work_record_t *record, uint32_t width, uint32_t height,
                                 uint32_t max_path_length, const uint8_t *data, size_t size, fault_t *fault);
 void work_result_clear(work_result_t *result);

@@ -1,9 +1,9 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; u64 seeds[count] for chains.
- * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum, sum2);
- * then by kind: pilot u32 weight_count and packed doubles; chains and samples a film; features packed floats.
- * Packed: u32 size and that many octets of zstd. All little endian.
+ * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
+ * sum2); then by kind: pilot u32 weight_count and packed doubles; chains and samples a film; features packed
+ * floats. Packed: u32 size and that many octets of zstd. All little endian.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -195,7 +195,8 @@ static void result_get_stats(wire_reader_t *in, work_stats_t *stats)
     for (int i = 0; i < WORK_MOVES; i++) {
         stats->proposed[i] = wire_get_u64(in, "proposed");
         stats->accepted[i] = wire_get_f64(in, "accepted");
-        if (!in->code && !(stats->accepted[i] >= 0 && stats->accepted[i] <= (double)stats->proposed[i] * (1 + 1e-9)))
+        if (!in->code &&
+            !(stats->accepted[i] >= 0 && stats->accepted[i] <= (double)stats->proposed[i] * (1 + 1e-9)))
             wire_reader_fail(in, FAULT_RANGE, "accepted", "%g of %llu", stats->accepted[i],
                              (unsigned long long)stats->proposed[i]);
     }
@@ -209,7 +210,8 @@ static fault_code_t result_get_moments(wire_reader_t *in, work_result_t *result,
 {
     result->moment_count = wire_get_u32(in, "moment_count");
     if (!in->code && result->moment_count != expected)
-        return wire_reader_fail(in, FAULT_FORMAT, "moment_count", "%u, expected %u", result->moment_count, expected);
+        return wire_reader_fail(in, FAULT_FORMAT, "moment_count", "%u, expected %u", result->moment_count,
+                                expected);
     result->moments = calloc(expected ? expected : 1, sizeof *result->moments);
     if (!result->moments)
         return fault_set(fault, FAULT_MEMORY, "unit result: no memory for %u moments", expected);
@@ -258,8 +260,8 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
     }
     if (record->kind == WORK_FEATURES) {
         void *features;
-        TRY(unpack(in, packed, packed_size, sizeof(float) * WORK_FEATURE_CHANNELS * record->count * width, &features,
-                   fault));
+        TRY(unpack(in, packed, packed_size, sizeof(float) * WORK_FEATURE_CHANNELS * record->count * width,
+                   &features, fault));
         result->features = features;
         result->feature_rows = (uint32_t)record->count;
         result->feature_width = width;
@@ -285,8 +287,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
     result->kind = wire_get_u32(&in, "kind");
     result->length = wire_get_u32(&in, "length");
     if (!in.code && (result->kind != record->kind || result->length != record->length))
-        return wire_reader_fail(&in, FAULT_FORMAT, "kind", "%u of length %u, expected %u of length %u", result->kind,
-                                result->length, record->kind, record->length);
+        return wire_reader_fail(&in, FAULT_FORMAT, "kind", "%u of length %u, expected %u of length %u",
+                                result->kind, result->length, record->kind, record->length);
     result_get_stats(&in, &result->stats);
     const uint32_t moments = record->kind == WORK_FEATURES  ? 0
                              : record->kind == WORK_SAMPLES ? work_samples_moment(max_path_length + 1)

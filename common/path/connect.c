@@ -32,8 +32,7 @@ static bool join_open_y(const path_join_t *join, const uint8_t *allowed, uint32_
 /* The technique with t' = i < t camera vertices joins z_{i-1} to z_i. */
 static bool join_open_z(const path_join_t *join, const uint8_t *allowed, uint32_t i)
 {
-    return allowed[join->s + join->t - i] && !join->z[i - 1].specular &&
-           (i + 1 == join->t || !join->z[i].specular);
+    return allowed[join->s + join->t - i] && !join->z[i - 1].specular && (i + 1 == join->t || !join->z[i].specular);
 }
 
 /* sum_j p_j / p_s over the open techniques, s itself included. Horner's rule from the outer ends:
@@ -100,8 +99,8 @@ static bool path_hit_light(const path_scene_t *ps, path_space_t *space, uint32_t
     if (last->kind == PATH_INFINITE) {
         for (int32_t i = 0; i < ps->lights.infinite_count; i++) {
             double pdf;
-            emitted = rgb_add(emitted, light_infinite_radiance(&ps->lights, ps->scene, ps->lights.infinite[i],
-                                                               last->ng, &pdf));
+            emitted = rgb_add(
+                emitted, light_infinite_radiance(&ps->lights, ps->scene, ps->lights.infinite[i], last->ng, &pdf));
             pdf_position += pdf;
         }
         pdf_direction = path_disk_density(ps);
@@ -126,12 +125,12 @@ static bool path_hit_light(const path_scene_t *ps, path_space_t *space, uint32_t
  * its scattering and cosine, densities. */
 typedef struct path_end {
     rgb_t value;
-    double pdf;          /* of w per solid angle (from infinity: per area of the disk) */
-    double previous;     /* density of y_{s-2} by the reversed walk over its own */
+    double pdf;      /* of w per solid angle (from infinity: per area of the disk) */
+    double previous; /* density of y_{s-2} by the reversed walk over its own */
 } path_end_t;
 
-static bool path_end_of_light(const path_scene_t *ps, const path_vertex_t *y, const path_vertex_t *before,
-                              vec3_t w, path_end_t *end)
+static bool path_end_of_light(const path_scene_t *ps, const path_vertex_t *y, const path_vertex_t *before, vec3_t w,
+                              path_end_t *end)
 {
     end->previous = 0;
     if (y->kind == PATH_INFINITE) {
@@ -192,10 +191,11 @@ static bool path_end_of_lens(const path_scene_t *ps, const path_vertex_t *z, vec
     return value.importance > 0;
 }
 
-static bool path_visible(const path_scene_t *ps, path_space_t *space, const path_vertex_t *y, const path_vertex_t *z,
-                         vec3_t w)
+static bool path_visible(const path_scene_t *ps, path_space_t *space, const path_vertex_t *y,
+                         const path_vertex_t *z, vec3_t w)
 {
-    const vec3_t from = z->kind == PATH_LENS ? z->position : surface_offset(z->position, z->ng, z->epsilon, vec3_neg(w));
+    const vec3_t from =
+        z->kind == PATH_LENS ? z->position : surface_offset(z->position, z->ng, z->epsilon, vec3_neg(w));
     accel_answer_t answer;
     if (y->kind == PATH_INFINITE)
         answer = accel_occluded_beyond(ps->accel, from, y->ng);
@@ -221,7 +221,7 @@ bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint3
         return false;
     if (s == 1 && t == 1 && y->delta) /* a light without extent is not to be seen itself */
         return false;
-    vec3_t w; /* unit, from y to z */
+    vec3_t w;       /* unit, from y to z */
     double inverse; /* 1 / distance^2; 1 from infinity */
     if (infinite) {
         w = vec3_neg(y->ng);

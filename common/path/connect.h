@@ -1,12 +1,12 @@
 /* connect.h: joins two walks into a path, with its contribution and its balance-heuristic weight.
  *
- * For the path of technique (s, t): value = w_s(x) f(x) / p_s(x) (linear RGB; pixels times radiance, light-transport's C
- * before the scalar target is taken), the same for every technique that can make x.
+ * For the path of technique (s, t): value = w_s(x) f(x) / p_s(x) (linear RGB; pixels times radiance,
+ * light-transport's C before the scalar target is taken), the same for every technique that can make x.
  *
- * Weights: w_s = 1 / sum_j p_j / p_s over the techniques j that the length's mask allows and that do not join at a specular vertex
- * (Veach 1997, 10.2.1, in ratios: r_i = reverse density / density at vertex i; sums by Horner's rule from
- * the outer end, so that nothing is multiplied out). A sum that leaves double's range is done again in extended
- * precision.
+ * Weights: w_s = 1 / sum_j p_j / p_s over the techniques j that the length's mask allows and that do not join at a
+ * specular vertex (Veach 1997, 10.2.1, in ratios: r_i = reverse density / density at vertex i; sums by Horner's
+ * rule from the outer end, so that nothing is multiplied out). A sum that leaves double's range is done again in
+ * extended precision.
  */
 #ifndef PATH_CONNECT_H
 #define PATH_CONNECT_H

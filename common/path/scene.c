@@ -20,8 +20,8 @@ static double emitter_reach(const light_emitter_t *e)
 static bool material_wants_uv(const scene_t *scene, int32_t index)
 {
     const scene_material_t *m = &scene->materials[index];
-    const scene_param_t *params[] = {&m->reflectance, &m->transmittance, &m->alpha_u, &m->alpha_v, &m->coat_alpha_u,
-                                     &m->coat_alpha_v, &m->mix};
+    const scene_param_t *params[] = {&m->reflectance,  &m->transmittance, &m->alpha_u, &m->alpha_v,
+                                     &m->coat_alpha_u, &m->coat_alpha_v,  &m->mix};
     for (size_t i = 0; i < sizeof params / sizeof *params; i++)
         if (params[i]->texture >= 0)
             return true;

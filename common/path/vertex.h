@@ -1,12 +1,13 @@
 /* vertex.h: a vertex of a path, as a walk leaves it behind.
  *
- * A path of length k has k segments and k+1 vertices. Technique s makes vertices y_0 .. y_{s-1} by a walk from a light
- * and z_0 .. z_{t-1}, t = k+1-s, by a walk from the camera (docs/transport.md). Hot data: four cache lines and a half.
+ * A path of length k has k segments and k+1 vertices. Technique s makes vertices y_0 .. y_{s-1} by a walk from a
+ * light and z_0 .. z_{t-1}, t = k+1-s, by a walk from the camera (docs/transport.md). Hot data: four cache lines
+ * and a half.
  *
- * Densities are per area of the surface at the vertex. Exceptions: a vertex at infinity has a density per solid angle;
- * delta positions (pinhole, point light) and delta directions (distant light) a discrete probability. After a specular
- * scattering at vertex i the densities of i+1 (this walk) and i-1 (the reversed walk) share one delta function, taken
- * with respect to n^2 |cos| d omega at vertex i on either side; only their ratio is ever used.
+ * Densities are per area of the surface at the vertex. Exceptions: a vertex at infinity has a density per solid
+ * angle; delta positions (pinhole, point light) and delta directions (distant light) a discrete probability. After
+ * a specular scattering at vertex i the densities of i+1 (this walk) and i-1 (the reversed walk) share one delta
+ * function, taken with respect to n^2 |cos| d omega at vertex i on either side; only their ratio is ever used.
  */
 #ifndef PATH_VERTEX_H
 #define PATH_VERTEX_H
@@ -25,12 +26,12 @@ enum { PATH_NO_EMITTER = UINT32_MAX };
 
 typedef struct path_vertex {
     vec3_t position;
-    vec3_t ng;          /* unit geometric normal; zero on a point light */
-    frame_t frame;      /* shading; only n is set where a Lambertian vertex ends its walk */
-    vec3_t wo;          /* local unit direction to the previous vertex of the walk (only z: as above) */
-    rgb_t beta;         /* throughput of the walk up to here: importance or radiance over density */
-    double pdf;         /* density with which this walk made the vertex */
-    double ratio;       /* density of the reversed walk over pdf: known once the walk has scattered at the next vertex */
+    vec3_t ng;     /* unit geometric normal; zero on a point light */
+    frame_t frame; /* shading; only n is set where a Lambertian vertex ends its walk */
+    vec3_t wo;     /* local unit direction to the previous vertex of the walk (only z: as above) */
+    rgb_t beta;    /* throughput of the walk up to here: importance or radiance over density */
+    double pdf;    /* density with which this walk made the vertex */
+    double ratio;  /* density of the reversed walk over pdf: known once the walk has scattered at the next vertex */
     double to_previous; /* |cos at the previous vertex| / distance^2: solid angle here to area there */
     double correction;  /* light walks: |wo.ns| / |wo.ng| (Veach 1997, 5.3.2) */
     double epsilon;     /* how far rays start off the surface */

@@ -1,6 +1,7 @@
 #include "path/walk.h"
 
-/* Where a walk goes next. `density` is per solid angle; from a vertex at infinity per area of the disk that photons start on. */
+/* Where a walk goes next. `density` is per solid angle; from a vertex at infinity per area of the disk that photons
+ * start on. */
 typedef struct path_step {
     vec3_t origin, direction;
     double density;
@@ -50,7 +51,8 @@ static void path_arrive(const path_scene_t *ps, const path_vertex_t *from, const
     to->wo = frame_to_local(&to->frame, vec3_neg(w));
 }
 
-/* Scatters at `at` (whose predecessor is `before`): throughput of the next vertex, densities both ways, the next step. */
+/* Scatters at `at` (whose predecessor is `before`): throughput of the next vertex, densities both ways, the next
+ * step. */
 static bool path_scatter(const path_scene_t *ps, path_vertex_t *before, path_vertex_t *at, const double u[3],
                          bsdf_mode_t mode, rgb_t *beta, path_step_t *step)
 {
@@ -108,7 +110,7 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
         }
         surface_t at;
         const bool wants_uv = ps->shape_wants_uv[hit.shape];
-        if (!surface_at_hit(ps->scene, &hit, from->kind == PATH_SURFACE ? from->position : step.origin,
+        if (!surface_at_hit(ps->scene, &hit, from->kind == PATH_INFINITE ? step.origin : from->position,
                             step.direction, wants_uv, &at))
             return i;
         const bool last = i + 1 == vertices;
@@ -173,13 +175,14 @@ static bool path_origin_of(const path_scene_t *ps, const double u[3], light_samp
     y->ng = at->to_light;
     y->epsilon = 0;
     rgb_t radiance = emitter->radiance;
-    if (emitter->kind == LIGHT_INFINITE) { /* several lights at infinity are one: any of them may have made the direction */
+    if (emitter->kind ==
+        LIGHT_INFINITE) { /* several lights at infinity are one: any of them may have made the direction */
         radiance = rgb_gray(0);
         y->pdf = 0;
         for (int32_t i = 0; i < lights->infinite_count; i++) {
             double pdf;
-            radiance = rgb_add(radiance, light_infinite_radiance(lights, ps->scene, lights->infinite[i],
-                                                                 at->to_light, &pdf));
+            radiance = rgb_add(radiance,
+                               light_infinite_radiance(lights, ps->scene, lights->infinite[i], at->to_light, &pdf));
             y->pdf += pdf;
         }
     }
@@ -211,9 +214,10 @@ uint32_t path_walk_light(const path_scene_t *ps, path_space_t *space, const doub
         beta = rgb_mul(beta, rgb_scale(emission.radiance, emission.cosine / emission.pdf_direction));
     if (!(rgb_max(beta) > 0))
         return 1;
-    const path_step_t step = {
-        y->kind == PATH_LIGHT ? surface_offset(y->position, y->ng, y->epsilon, emission.direction) : emission.origin,
-        emission.direction, emission.pdf_direction};
+    const path_step_t step = {y->kind == PATH_LIGHT
+                                  ? surface_offset(y->position, y->ng, y->epsilon, emission.direction)
+                                  : emission.origin,
+                              emission.direction, emission.pdf_direction};
     return path_walk(ps, space, y, space->light_bsdf, step, beta, u + PATH_LIGHT_DIMENSIONS, vertices,
                      BSDF_IMPORTANCE);
 }

@@ -1,10 +1,10 @@
 /* walk.h: random walks from the camera and from the lights.
  *
- * A walk is a function of its stream of numbers in [0,1). Streams have a fixed number of dimensions per vertex, so that a
- * change in one vertex's numbers never shifts another's:
+ * A walk is a function of its stream of numbers in [0,1). Streams have a fixed number of dimensions per vertex, so
+ * that a change in one vertex's numbers never shifts another's:
  *
- *     camera: film x, film y, (lens 1, lens 2 unless the camera is a pinhole), then 3 for scattering at z_1, z_2, ...
- *     light:  select, position 1, 2, direction 1, 2, then 3 for scattering at y_1, y_2, ...
+ *     camera: film x, film y, (lens 1, lens 2 unless the camera is a pinhole), then 3 for scattering at z_1, z_2,
+ * ... light:  select, position 1, 2, direction 1, 2, then 3 for scattering at y_1, y_2, ...
  *
  * Threads: a path_scene_t is immutable and shared; a path_space_t belongs to one thread.
  */
@@ -31,22 +31,22 @@ typedef struct path_scene {
     light_set_t lights;
     camera_t camera;
     bsdf_tables_t *tables;
-    double *emitter_epsilon;  /* per emitter: how far rays start off it */
-    uint8_t *shape_wants_uv;  /* per shape: its material needs (u,v) or a tangent */
+    double *emitter_epsilon;    /* per emitter: how far rays start off it */
+    uint8_t *shape_wants_uv;    /* per shape: its material needs (u,v) or a tangent */
     uint32_t camera_dimensions; /* before the first scattering: 2 for a pinhole, else 4 */
 } path_scene_t;
 
-/* `scene` is borrowed for the result's life; `camera` stands in for the scene's own, with a film of width x height (0:
- * its own). */
+/* `scene` is borrowed for the result's life; `camera` stands in for the scene's own, with a film of width x height
+ * (0: its own). */
 fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scene_camera_t *camera, uint32_t width,
                              uint32_t height, fault_t *fault);
 void path_scene_clear(path_scene_t *scene);
 
 /* Why a path was thrown away; indices of path_space_t.rejects. */
 typedef enum path_reject {
-    PATH_REJECT_RAY = 0,  /* not finite: never traced */
-    PATH_REJECT_WEIGHT,   /* the weight's sum was not finite even in extended precision */
-    PATH_REJECT_VALUE,    /* not finite */
+    PATH_REJECT_RAY = 0, /* not finite: never traced */
+    PATH_REJECT_WEIGHT,  /* the weight's sum was not finite even in extended precision */
+    PATH_REJECT_VALUE,   /* not finite */
     PATH_REJECT_NEGATIVE,
     PATH_REJECTS
 } path_reject_t;
@@ -64,17 +64,18 @@ typedef struct path_space {
 /* Numbers that a walk of so many vertices uses. */
 static inline uint32_t path_camera_dimensions(const path_scene_t *scene, uint32_t vertices)
 {
-    return vertices > 1 ? scene->camera_dimensions + BSDF_DIMENSIONS * (vertices - 2)
-                        : scene->camera_dimensions == 2 ? 0 : 4;
+    return vertices > 1                    ? scene->camera_dimensions + BSDF_DIMENSIONS * (vertices - 2)
+           : scene->camera_dimensions == 2 ? 0
+                                           : 4;
 }
 static inline uint32_t path_light_dimensions(uint32_t vertices)
 {
     return vertices > 1 ? PATH_LIGHT_DIMENSIONS + BSDF_DIMENSIONS * (vertices - 2) : 3 * vertices;
 }
 
-/* Walks from the camera to at most `vertices` vertices (>= 1) and returns how many it reached. A ray that leaves the
- * scene ends in a vertex of kind PATH_INFINITE if there are lights at infinity to hit. The last vertex asked for is not
- * scattered at. With one vertex only the lens is sampled. */
+/* Walks from the camera to at most `vertices` vertices (>= 1) and returns how many it reached. A ray that leaves
+ * the scene ends in a vertex of kind PATH_INFINITE if there are lights at infinity to hit. The last vertex asked
+ * for is not scattered at. With one vertex only the lens is sampled. */
 uint32_t path_walk_camera(const path_scene_t *scene, path_space_t *space, const double *u, uint32_t vertices);
 
 /* The same from a light; vertices >= 1. 0 if no light was found. */

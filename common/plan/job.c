@@ -22,9 +22,14 @@ static fault_code_t job_read_choice(const json_t *object, const char *path, cons
             return FAULT_NONE;
         }
         const size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s\"%s\"", i == 0 ? "" : i + 1 == count ? " or " : ", ", choices[i]);
+        snprintf(list + used, sizeof list - used, "%s\"%s\"",
+                 i == 0           ? ""
+                 : i + 1 == count ? " or "
+                                  : ", ",
+                 choices[i]);
     }
-    return fault_set(fault, FAULT_UNKNOWN, "%s%s%s: \"%.100s\", expected %s", path, *path ? "." : "", name, text, list);
+    return fault_set(fault, FAULT_UNKNOWN, "%s%s%s: \"%.100s\", expected %s", path, *path ? "." : "", name, text,
+                     list);
 }
 
 static fault_code_t job_read_path(const json_t *object, const char *path, const char *name, char out[JOB_PATH_SIZE],
@@ -33,8 +38,8 @@ static fault_code_t job_read_path(const json_t *object, const char *path, const 
     const char *text = NULL;
     TRY(json_read_string_or(object, path, name, &text, fault));
     if (text && strlen(text) >= JOB_PATH_SIZE)
-        return fault_set(fault, FAULT_LIMIT, "%s%s%s: %zu characters, expected fewer than %d", path, *path ? "." : "",
-                         name, strlen(text), JOB_PATH_SIZE);
+        return fault_set(fault, FAULT_LIMIT, "%s%s%s: %zu characters, expected fewer than %d", path,
+                         *path ? "." : "", name, strlen(text), JOB_PATH_SIZE);
     if (text)
         snprintf(out, JOB_PATH_SIZE, "%s", text);
     return FAULT_NONE;
@@ -69,8 +74,8 @@ static fault_code_t job_read_film(const json_t *root, settings_t *settings, faul
 
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
-    static const char *const names[] = {"large_step", "technique_step", "kernel", "step_min", "step_max", "length",
-                                        "pilot_samples", NULL};
+    static const char *const names[] = {"large_step", "technique_step", "kernel",        "step_min",
+                                        "step_max",   "length",         "pilot_samples", NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
     if (!chains)
@@ -101,7 +106,8 @@ static fault_code_t job_read_stop(const json_t *root, job_stop_t *stop, fault_t 
     TRY(json_read_object(root, "", "stop", &object, fault));
     if (object) {
         TRY(json_expect_fields(object, "stop", names, fault));
-        TRY(json_read_double_or(object, "stop", "mutations_per_pixel", 1e-3, 1e9, &stop->mutations_per_pixel, fault));
+        TRY(json_read_double_or(object, "stop", "mutations_per_pixel", 1e-3, 1e9, &stop->mutations_per_pixel,
+                                fault));
         TRY(json_read_double_or(object, "stop", "seconds", 1e-3, 1e9, &stop->seconds, fault));
         TRY(json_read_double_or(object, "stop", "error", 1e-6, 10, &stop->error, fault));
     }
@@ -127,8 +133,8 @@ static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fau
 
 static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
 {
-    static const char *const names[] = {"scene", "film", "algorithm", "max_path_length", "seed", "target", "chains",
-                                        "stop", "output", NULL};
+    static const char *const names[] = {"scene",  "film",   "algorithm", "max_path_length", "seed",
+                                        "target", "chains", "stop",      "output",          NULL};
     settings_t *settings = &job->settings;
     settings_default(settings);
     if (!json_is_object(root))

@@ -4,13 +4,17 @@
 #include "plan/plan_state.h"
 
 enum {
-    PILOT_UNIT = 8192,          /* candidates: some milliseconds */
-    PILOT_LEAST = 4096, PILOT_USUAL = 1 << 17, PILOT_MOST = 1 << 19, /* candidates a length */
-    PILOT_SCALE = 8192,         /* candidates a length where only the scale is wanted: pt and bdpt */
-    CHAIN_USUAL = 1 << 14,      /* mutations a chain */
-    UNIT_LEAST = 1 << 14, UNIT_SMALLEST = 1 << 18, UNIT_LARGEST = 1 << 23, /* mutations a unit */
-    UNITS_LEAST = 16,           /* a length, so that its variance can be estimated */
-    FEATURE_RAYS = 1 << 17      /* a unit */
+    PILOT_UNIT = 8192, /* candidates: some milliseconds */
+    PILOT_LEAST = 4096,
+    PILOT_USUAL = 1 << 17,
+    PILOT_MOST = 1 << 19,  /* candidates a length */
+    PILOT_SCALE = 8192,    /* candidates a length where only the scale is wanted: pt and bdpt */
+    CHAIN_USUAL = 1 << 14, /* mutations a chain */
+    UNIT_LEAST = 1 << 14,
+    UNIT_SMALLEST = 1 << 18,
+    UNIT_LARGEST = 1 << 23, /* mutations a unit */
+    UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
+    FEATURE_RAYS = 1 << 17  /* a unit */
 };
 
 static uint64_t at_least(uint64_t a, uint64_t b)
@@ -28,7 +32,8 @@ void plan_size_pilot(plan_t *plan)
     const settings_t *s = &plan->settings;
     const job_stop_t *stop = &plan->job.stop;
     const double K = s->max_path_length;
-    plan->mutations_total = stop->mutations_per_pixel > 0 ? ceil(stop->mutations_per_pixel * (double)plan->pixels) : 0;
+    plan->mutations_total =
+        stop->mutations_per_pixel > 0 ? ceil(stop->mutations_per_pixel * (double)plan->pixels) : 0;
     double candidates = PILOT_USUAL;
     if (!plan_is_chains(plan))
         candidates = PILOT_SCALE;
@@ -124,9 +129,10 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         plan->b += plan->lengths[k].b;
     if (!(plan->b > 0))
-        return fault_set(fault, FAULT_NO_LIGHT,
-                         "no light reaches the camera: none of %llu candidate paths of each length 1 to %u carries any",
-                         (unsigned long long)plan->lengths[1].candidates, plan->settings.max_path_length);
+        return fault_set(
+            fault, FAULT_NO_LIGHT,
+            "no light reaches the camera: none of %llu candidate paths of each length 1 to %u carries any",
+            (unsigned long long)plan->lengths[1].candidates, plan->settings.max_path_length);
     if (plan_is_chains(plan)) {
         budget_shares(plan);
         budget_total(plan);
@@ -175,11 +181,16 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
         return false;
     const uint64_t count = at_most(length->unit_mutations, length->budget - length->handed);
     if (k == 0) {
-        *record = (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
+        *record =
+            (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
     } else {
         const uint64_t chains = at_most(length->unit_chains, count);
-        *record = (work_record_t){.kind = WORK_CHAINS, .length = k, .first = length->chains, .count = chains,
-                                  .mutations = count, .seeds = malloc(sizeof(uint64_t) * chains)};
+        *record = (work_record_t){.kind = WORK_CHAINS,
+                                  .length = k,
+                                  .first = length->chains,
+                                  .count = chains,
+                                  .mutations = count,
+                                  .seeds = malloc(sizeof(uint64_t) * chains)};
         if (!record->seeds)
             return false;
         for (uint64_t i = 0; i < chains; i++)

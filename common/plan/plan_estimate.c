@@ -1,8 +1,9 @@
 /* plan_estimate.c: the image and its error, from the sums alone.
  *
- * Chains: I = sum_k (b_k / N_k) S_k, S_k the film of length k, N_k its mutations. Units of one length are (given the
- * seeds) independent and of equal size, so the variance of S_k is that between units: U_k / (U_k - 1) (Q_k - S_k^2 / U_k), Q_k
- * the sum of squares. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same with one film.
+ * Chains: I = sum_k (b_k / N_k) S_k, S_k the film of length k, N_k its mutations. Units of one length are (given
+ * the seeds) independent and of equal size, so the variance of S_k is that between units: U_k / (U_k - 1) (Q_k -
+ * S_k^2 / U_k), Q_k the sum of squares. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same
+ * with one film.
  */
 #include "plan/plan_state.h"
 

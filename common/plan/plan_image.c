@@ -4,9 +4,9 @@
 
 #include "plan/plan_state.h"
 
-static const char *const plan_channels[] = {"R",        "G",        "B",        "stderr.R", "stderr.G",
-                                            "stderr.B", "samples",  "albedo.R", "albedo.G", "albedo.B",
-                                            "N.X",      "N.Y",      "N.Z",      "Z"};
+static const char *const plan_channels[] = {"R",        "G",       "B",        "stderr.R", "stderr.G",
+                                            "stderr.B", "samples", "albedo.R", "albedo.G", "albedo.B",
+                                            "N.X",      "N.Y",     "N.Z",      "Z"};
 enum { PLAN_CHANNELS = sizeof plan_channels / sizeof *plan_channels };
 
 /* Mutations (their weight) or samples that the pixel got. */

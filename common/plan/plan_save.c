@@ -1,8 +1,8 @@
-/* plan_save.c: a plan's sums as bytes, and back. The list of units is not stored: it is a function of job, scene and
- * pilot, and is made again; stored are which of its units are in, and what they added up to.
+/* plan_save.c: a plan's sums as bytes, and back. The list of units is not stored: it is a function of job, scene
+ * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
- * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length its sums,
- * candidates and film; squares; features. Large arrays are packed (u32 size, zstd).
+ * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length
+ * its sums, candidates and film; squares; features. Large arrays are packed (u32 size, zstd).
  */
 #include <stdlib.h>
 #include <string.h>
@@ -173,8 +173,8 @@ static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault
             TRY(film_encode(&length->film, &parts->films[k].data, &parts->films[k].size, fault));
     }
     TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
-    return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features, &parts->features,
-                     fault);
+    return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features,
+                     &parts->features, fault);
 }
 
 fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
@@ -235,7 +235,8 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         else
             wire_get_bytes(in, "weights", 0, &(size_t){0});
         for (uint64_t i = 0; length->weights && i < length->candidates; i++)
-            if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) || !isfinite(length->weights[i]))
+            if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) ||
+                !isfinite(length->weights[i]))
                 return wire_reader_fail(in, FAULT_RANGE, "weights", "candidate %llu", (unsigned long long)i);
         size_t size = 0;
         const uint8_t *film = wire_get_bytes(in, "film", UINT32_MAX, &size);
@@ -255,14 +256,17 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
 }
 
 /* Makes the list of units again and marks those that are in. */
-static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count, fault_t *fault)
+static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count,
+                               fault_t *fault)
 {
     for (uint64_t i = 0; i < count; i++) {
         if (!plan_generate(plan))
             return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu, but the job has only %llu",
                                     (unsigned long long)count, (unsigned long long)i);
-        if (states[i] > PLAN_UNIT_IN || (plan->phase == PLAN_RENDER && i < plan->pilot_units && states[i] != PLAN_UNIT_IN))
-            return wire_reader_fail(in, FAULT_FORMAT, "units", "unit %llu has state %u", (unsigned long long)i, states[i]);
+        if (states[i] > PLAN_UNIT_IN ||
+            (plan->phase == PLAN_RENDER && i < plan->pilot_units && states[i] != PLAN_UNIT_IN))
+            return wire_reader_fail(in, FAULT_FORMAT, "units", "unit %llu has state %u", (unsigned long long)i,
+                                    states[i]);
         plan->units[i].state = states[i];
         if (states[i] != PLAN_UNIT_IN)
             continue;

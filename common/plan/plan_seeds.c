@@ -1,9 +1,9 @@
 /* plan_seeds.c: starts of chains, in proportion to what the pilot's candidates contribute.
  *
  * Systematic resampling puts J chains at equally spaced places of the running sum. How many chains there will be is
- * not known when a rule on time or error ends the job, so chain j takes the place frac(xi + j phi), phi the golden ratio's fraction
- * (Kronecker sequence): any first J of them are spaced almost equally (three-distance theorem), and each alone is uniform
- * as xi is.
+ * not known when a rule on time or error ends the job, so chain j takes the place frac(xi + j phi), phi the golden
+ * ratio's fraction (Kronecker sequence): any first J of them are spaced almost equally (three-distance theorem),
+ * and each alone is uniform as xi is.
  */
 #include "base/random.h"
 #include "plan/plan_state.h"

@@ -23,16 +23,16 @@ typedef struct plan_moments {
 /* One path length. */
 typedef struct plan_length {
     /* pilot */
-    double *weights;      /* of its candidates; after the pilot their running sum */
+    double *weights; /* of its candidates; after the pilot their running sum */
     uint64_t candidates;
-    double b;             /* the pilot's estimate: the unit of everything after */
-    double share;         /* of the mutations; 0: nothing to render */
+    double b;     /* the pilot's estimate: the unit of everything after */
+    double share; /* of the mutations; 0: nothing to render */
     /* rendering */
-    uint64_t budget;      /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
+    uint64_t budget; /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
     uint64_t unit_mutations, unit_chains;
     uint64_t units_out, units_in;
     uint64_t handed, merged; /* mutations */
-    uint64_t chains;      /* ids given out */
+    uint64_t chains;         /* ids given out */
     film_t film;
     plan_moments_t moments[PATH_MAX_VERTICES + 1]; /* [0] b_k, [1 + s] b_{k,s}: pilot and large steps */
     uint64_t proposed[WORK_MOVES];
@@ -53,20 +53,20 @@ struct plan {
     uint64_t pilot_units, in;       /* units of the first phase; units in */
     uint64_t pilot_next;            /* units of the first phase generated so far */
     uint32_t pilot_unit_candidates, feature_rows;
-    plan_length_t *lengths;         /* [max_path_length + 1]; samples use film and counts of [0] */
-    double b;                       /* sum of the pilot's b_k */
-    double scale;                   /* samples: film value of a contribution of 1; a power of two */
-    uint64_t sample_unit;           /* samples a unit */
-    double weight_max;              /* largest b_k / share_k */
-    exact_uint_t *squares;          /* [pixels][3]: sum over units of (c_k x)^2 2^20, c_k = b_k / share_k / weight_max */
-    float *features;                /* [pixels][WORK_FEATURE_CHANNELS] */
-    work_stats_t totals;            /* over all units (but for accepted, proposed: by length) */
+    plan_length_t *lengths; /* [max_path_length + 1]; samples use film and counts of [0] */
+    double b;               /* sum of the pilot's b_k */
+    double scale;           /* samples: film value of a contribution of 1; a power of two */
+    uint64_t sample_unit;   /* samples a unit */
+    double weight_max;      /* largest b_k / share_k */
+    exact_uint_t *squares;  /* [pixels][3]: sum over units of (c_k x)^2 2^20, c_k = b_k / share_k / weight_max */
+    float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
+    work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
-    double seconds;                 /* as last told */
-    double error;                   /* sqrt(relMSE), NaN while unknown */
-    uint64_t error_next;            /* units in when it is estimated anew */
-    double mutations_total;         /* of the rule; 0 if there is none */
+    double seconds;         /* as last told */
+    double error;           /* sqrt(relMSE), NaN while unknown */
+    uint64_t error_next;    /* units in when it is estimated anew */
+    double mutations_total; /* of the rule; 0 if there is none */
     bool stopped;
     const char *stopped_by;
 };
@@ -93,7 +93,8 @@ bool plan_render_record(plan_t *plan, work_record_t *record);
 /* plan_seeds.c */
 /* Turns candidate weights into running sums. */
 void plan_prepare_seeds(plan_length_t *length);
-/* The candidate that chain `chain` of length k starts from: systematic resampling of as many chains as ever come. */
+/* The candidate that chain `chain` of length k starts from: systematic resampling of as many chains as ever come.
+ */
 uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain);
 
 /* plan_estimate.c */

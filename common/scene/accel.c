@@ -41,8 +41,7 @@ static void analytic_bounds(const struct RTCBoundsFunctionArguments *args)
     float half[3];
     for (int axis = 0; axis < 3; axis++) {
         const float n = shape->normal[axis];
-        half[axis] = shape->kind == SCENE_SHAPE_SPHERE ? shape->radius
-                                                       : shape->radius * sqrtf(fmaxf(0, 1 - n * n));
+        half[axis] = shape->kind == SCENE_SHAPE_SPHERE ? shape->radius : shape->radius * sqrtf(fmaxf(0, 1 - n * n));
         half[axis] += 1e-6f * (half[axis] + fabsf(shape->centre[axis])) + 1e-30f;
     }
     const float *c = shape->centre;
@@ -100,6 +99,13 @@ static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct 
                                                                                  t);
 }
 
+/* Opacity is looked at only where a shape is not opaque throughout. Emitters are: a point chosen on one is there.
+ */
+static bool accel_shape_has_opacity(const scene_shape_t *shape)
+{
+    return shape->area_light < 0 && (shape->alpha.texture >= 0 || shape->alpha.value[0] < 1);
+}
+
 /* Whether a hit on a shape with opacity counts. The coordinates are those of the hit point in single precision. */
 static bool accel_opaque(const accel_t *accel, uint32_t shape_index, uint32_t primitive, float a, float b,
                          const struct RTCRay *ray, double t)
@@ -126,8 +132,8 @@ static bool accel_opaque(const accel_t *accel, uint32_t shape_index, uint32_t pr
     const float place[3] = {ray->org_x + (float)t * ray->dir_x, ray->org_y + (float)t * ray->dir_y,
                             ray->org_z + (float)t * ray->dir_z};
     memcpy(bits, place, sizeof bits);
-    const uint64_t key = random_mix(((uint64_t)bits[0] << 32 | bits[1]) + RANDOM_GAMMA) ^
-                         ((uint64_t)bits[2] << 32 | shape_index);
+    const uint64_t key =
+        random_mix(((uint64_t)bits[0] << 32 | bits[1]) + RANDOM_GAMMA) ^ ((uint64_t)bits[2] << 32 | shape_index);
     return random_double(key, primitive) < opacity;
 }
 
@@ -141,7 +147,7 @@ static void analytic_intersect(const struct RTCIntersectFunctionNArguments *args
     if (!analytic_hit(accel, args->primID, &rayhit->ray, &t))
         return;
     const uint32_t shape = accel->analytic[args->primID];
-    if ((accel->data->shapes[shape].alpha.texture >= 0 || accel->data->shapes[shape].alpha.value[0] < 1) &&
+    if (accel_shape_has_opacity(&accel->data->shapes[shape]) &&
         !accel_opaque(accel, shape, 0, 0, 0, &rayhit->ray, t))
         return;
     rayhit->ray.tfar = (float)t;
@@ -165,8 +171,7 @@ static void analytic_occluded(const struct RTCOccludedFunctionNArguments *args)
     if (!analytic_hit(accel, args->primID, ray, &t))
         return;
     const uint32_t shape = accel->analytic[args->primID];
-    if ((accel->data->shapes[shape].alpha.texture >= 0 || accel->data->shapes[shape].alpha.value[0] < 1) &&
-        !accel_opaque(accel, shape, 0, 0, 0, ray, t))
+    if (accel_shape_has_opacity(&accel->data->shapes[shape]) && !accel_opaque(accel, shape, 0, 0, 0, ray, t))
         return;
     ray->tfar = -INFINITY;
 }
@@ -178,7 +183,8 @@ static void mesh_filter(const struct RTCFilterFunctionNArguments *args)
     const accel_geometry_t *geometry = args->geometryUserPtr;
     const struct RTCRay *ray = (const struct RTCRay *)args->ray; /* N = 1 */
     const struct RTCHit *hit = (const struct RTCHit *)args->hit;
-    if (args->valid[0] == -1 && !accel_opaque(geometry->accel, geometry->shape, hit->primID, hit->u, hit->v, ray, ray->tfar))
+    if (args->valid[0] == -1 &&
+        !accel_opaque(geometry->accel, geometry->shape, hit->primID, hit->u, hit->v, ray, ray->tfar))
         args->valid[0] = 0;
 }
 
@@ -195,10 +201,10 @@ static fault_code_t accel_add_mesh(accel_t *accel, uint32_t index, fault_t *faul
     const scene_shape_t *shape = &scene->shapes[index];
     RTCGeometry geometry = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     /* Copies: Embree reads 16 bytes at the last vertex, which shared memory might not have. */
-    float *vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12,
-                                              shape->vertices);
-    uint32_t *indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
-                                                shape->triangles);
+    float *vertices =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, shape->vertices);
+    uint32_t *indices =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, shape->triangles);
     if (!vertices || !indices) {
         rtcReleaseGeometry(geometry);
         return accel_device_fault(accel, fault);
@@ -208,7 +214,7 @@ static fault_code_t accel_add_mesh(accel_t *accel, uint32_t index, fault_t *faul
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
     accel->geometries[index] = (accel_geometry_t){accel, index};
     rtcSetGeometryUserData(geometry, &accel->geometries[index]);
-    if (shape->alpha.texture >= 0 || shape->alpha.value[0] < 1) {
+    if (accel_shape_has_opacity(shape)) {
         rtcSetGeometryIntersectFilterFunction(geometry, mesh_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, mesh_filter);
     }

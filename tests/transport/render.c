@@ -1,0 +1,73 @@
+#include "render.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <setjmp.h>
+#include <cmocka.h>
+
+#include "base/clock.h"
+
+static void render_units(render_t *render)
+{
+    fault_t fault = {0};
+    const atomic_bool cancel = false;
+    const double begin = clock_now();
+    uint64_t unit;
+    const work_record_t *record;
+    while (!plan_finished(render->plan)) {
+        if (plan_next(render->plan, &unit, &record)) {
+            work_result_t result;
+            uint8_t *data;
+            size_t size;
+            plan_absorbed_t how;
+            if (work_run(render->space, record, &cancel, &result, &fault) ||
+                work_result_encode(&result, &data, &size, &fault) ||
+                plan_absorb(render->plan, unit, data, size, &how, &fault))
+                fail_msg("unit %llu: %s", (unsigned long long)unit, fault.text);
+            free(data);
+        }
+        plan_check_stop(render->plan, clock_now() - begin);
+    }
+}
+
+void render_run(render_t *render, const scene_t *scene, const char *job_text)
+{
+    fault_t fault = {0};
+    job_t job;
+    *render = (render_t){0};
+    if (job_parse(&job, job_text, strlen(job_text), "job", &fault) ||
+        plan_new(&render->plan, &job, scene, &fault) ||
+        renderer_new(&render->renderer, scene, &job.settings, &fault) ||
+        work_space_new(&render->space, render->renderer, &fault))
+        fail_msg("%s", fault.text);
+    render_units(render);
+    if (plan_image(render->plan, &render->image, &fault))
+        fail_msg("%s", fault.text);
+    render->report = plan_report(render->plan);
+}
+
+void render_clear(render_t *render)
+{
+    image_clear(&render->image);
+    json_destroy(&render->report);
+    work_space_destroy(&render->space);
+    renderer_destroy(&render->renderer);
+    plan_destroy(&render->plan);
+}
+
+static render_estimate_t estimate_of(const json_t *object)
+{
+    return (render_estimate_t){json_number(json_get(object, "value")), json_number(json_get(object, "standard_error"))};
+}
+
+render_estimate_t render_length(const render_t *render, uint32_t k)
+{
+    return estimate_of(json_get(json_at(json_get(render->report, "lengths"), k - 1), "b"));
+}
+
+render_estimate_t render_technique(const render_t *render, uint32_t k, uint32_t s)
+{
+    const json_t *length = json_at(json_get(render->report, "lengths"), k - 1);
+    return estimate_of(json_at(json_get(length, "techniques"), s));
+}

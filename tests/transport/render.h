@@ -1,0 +1,27 @@
+/* render.h: a whole job in this process, for tests: the plan's units run one after the other. */
+#ifndef TESTS_TRANSPORT_RENDER_H
+#define TESTS_TRANSPORT_RENDER_H
+
+#include "plan/plan.h"
+
+typedef struct render_estimate {
+    double value, error;
+} render_estimate_t;
+
+typedef struct render {
+    plan_t *plan;
+    renderer_t *renderer;
+    work_space_t *space;
+    image_t image;
+    json_t *report;
+} render_t;
+
+/* Runs the job; fails the test if it cannot. */
+void render_run(render_t *render, const scene_t *scene, const char *job_text);
+void render_clear(render_t *render);
+
+/* b_k and b_{k,s} as the report states them. */
+render_estimate_t render_length(const render_t *render, uint32_t k);
+render_estimate_t render_technique(const render_t *render, uint32_t k, uint32_t s);
+
+#endif
