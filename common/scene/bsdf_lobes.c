@@ -5,6 +5,12 @@
 
 static const bsdf_value_t NOTHING;
 
+/* Without fmin's care for NaN, which costs a call. */
+static inline double smaller(double a, double b)
+{
+    return a < b ? a : b;
+}
+
 rgb_t bsdf_coated_fresnel(const bsdf_lobe_t *lobe, double c)
 {
     const double s = 1 / lobe->eta;
@@ -35,7 +41,7 @@ static double coated_conductor1(double both, double least, double c)
 static rgb_t coated_conductor(const bsdf_lobe_t *lobe, double cosine, double coat_o, double coat_i)
 {
     const rgb_t c = bsdf_coated_fresnel(lobe, cosine);
-    const double both = (1 - coat_o) * (1 - coat_i), least = fmin(coat_o, coat_i);
+    const double both = (1 - coat_o) * (1 - coat_i), least = smaller(coat_o, coat_i);
     return rgb(coated_conductor1(both, least, c.r), coated_conductor1(both, least, c.g),
                coated_conductor1(both, least, c.b));
 }
@@ -62,8 +68,8 @@ static bool refraction_of(double eta, vec3_t wo, vec3_t wi, refraction_t *out)
     out->h2 = h2;
     out->om = vec3_dot(wo, out->m);
     out->im = vec3_dot(wi, out->m);
-    out->om = fmin(out->om, 1);
-    out->im = fmax(out->im, -1);
+    out->om = smaller(out->om, 1);
+    out->im = out->im > -1 ? out->im : -1;
     return out->om > 0 && out->im < 0 && out->m.z > 0;
 }
 
@@ -144,7 +150,7 @@ static bool glossy_sample(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double
                           vec3_t *wi)
 {
     const vec3_t m = ggx_sample(lobe->alpha_u, lobe->alpha_v, wo, u[0], u[1]);
-    const double c = fmin(vec3_dot(wo, m), 1);
+    const double c = smaller(vec3_dot(wo, m), 1);
     if (!(c > 0))
         return false;
     if (lobe->kind == BSDF_DIELECTRIC) {
@@ -197,7 +203,7 @@ static void glossy_invert(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t
         c = r.om;
     } else {
         m = vec3_unit(vec3_add(wo, wi));
-        c = fmin(vec3_dot(wo, m), 1);
+        c = smaller(vec3_dot(wo, m), 1);
     }
     ggx_invert(lobe->alpha_u, lobe->alpha_v, wo, m, &u[0], &u[1]);
     *rest = free_number;
