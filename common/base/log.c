@@ -13,7 +13,7 @@ void log_open(const char *program, log_level_t level)
     log_level = level;
 }
 
-static void log_line(log_level_t level, const char *format, va_list args)
+__attribute__((format(printf, 2, 0))) static void log_line(log_level_t level, const char *format, va_list args)
 {
     if (level > log_level)
         return;
