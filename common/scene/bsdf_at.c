@@ -351,6 +351,7 @@ static bool material_constant(const owner_t *owner, const scene_t *scene, uint32
            param_constant(owner, &m->coat_alpha_u) && param_constant(owner, &m->coat_alpha_v);
 }
 
+/* The coat's place, added where it is new: its tables are made when all are known to be few enough. */
 static fault_code_t coat_find(owner_t *owner, const bsdf_coat_t *key, uint32_t material, uint32_t *index,
                               fault_t *fault)
 {
@@ -377,8 +378,7 @@ static fault_code_t coat_find(owner_t *owner, const bsdf_coat_t *key, uint32_t m
         owner->coats = coats;
         owner->coat_capacity = capacity;
     }
-    TRY(bsdf_coat_init(&owner->coats[owner->view.coat_count], key->kind, key->eta, key->alpha_u, key->alpha_v,
-                       fault));
+    owner->coats[owner->view.coat_count] = *key;
     *index = owner->view.coat_count++;
     owner->view.coats = owner->coats;
     return FAULT_NONE;
@@ -501,11 +501,21 @@ static uint32_t possible_flags(const owner_t *owner, const scene_t *scene, uint3
     }
 }
 
-static fault_code_t materials_resolve(owner_t *owner, const scene_t *scene, fault_t *fault)
+static fault_code_t coats_make(owner_t *owner, const scene_t *scene, fault_t *fault)
+{
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        TRY(coat_make(owner, scene, i, fault));
+    for (uint32_t i = 0; i < owner->view.coat_count; i++) {
+        const bsdf_coat_t key = owner->coats[i];
+        TRY(bsdf_coat_init(&owner->coats[i], key.kind, key.eta, key.alpha_u, key.alpha_v, fault));
+    }
+    return FAULT_NONE;
+}
+
+static void materials_resolve(owner_t *owner, const scene_t *scene)
 {
     uint32_t used = 0;
     for (uint32_t i = 0; i < scene->material_count; i++) {
-        TRY(coat_make(owner, scene, i, fault));
         if (!material_constant(owner, scene, i)) {
             owner->flags[i] = possible_flags(owner, scene, i);
             continue;
@@ -515,7 +525,6 @@ static fault_code_t materials_resolve(owner_t *owner, const scene_t *scene, faul
         owner->ready[i] = r.out;
         owner->flags[i] = r.out->flags;
     }
-    return FAULT_NONE;
 }
 
 static fault_code_t owner_make(owner_t *owner, const scene_t *scene, fault_t *fault)
@@ -532,7 +541,9 @@ static fault_code_t owner_make(owner_t *owner, const scene_t *scene, fault_t *fa
     owner->view.flags = owner->flags;
     owner->view.coat_of = owner->coat_of;
     textures_classify(owner, scene);
-    return materials_resolve(owner, scene, fault);
+    TRY(coats_make(owner, scene, fault));
+    materials_resolve(owner, scene);
+    return FAULT_NONE;
 }
 
 fault_code_t bsdf_tables_new(bsdf_tables_t **out, const scene_t *scene, fault_t *fault)

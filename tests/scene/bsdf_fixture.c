@@ -139,6 +139,7 @@ static void add_dielectrics(fixture_t *f)
     fixture_dielectric(f, "diamond 1e-3", 2.4F, 1e-3F, 1e-3F);
     fixture_dielectric(f, "matched 0.3", 1.0001F, 0.3F, 0.3F);
     fixture_dielectric(f, "matched 1e-3", 1.0001F, 1e-3F, 1e-3F);
+    fixture_dielectric(f, "matched 1e-4", 1.0001F, 1e-4F, 1e-4F);
     f->furnace[fixture_dielectric(f, "glass", 1.5F, 0, 0)] = true;
     f->furnace[fixture_dielectric(f, "diamond", 2.4F, 0, 0)] = true;
     f->furnace[fixture_dielectric(f, "matched", 1.0001F, 0, 0)] = true;

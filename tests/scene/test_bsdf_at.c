@@ -203,6 +203,19 @@ static void coats_are_shared_and_too_many_are_refused(void **state)
     assert_int_equal(f.tables->coat_of[a], f.tables->coat_of[b]);
     assert_true(fixture_bsdf(&f, c)->flags & BSDF_ONLY_DIFFUSE); /* a coat of index 1 is none */
     fixture_clear(&f);
+    /* 63 textured coats of 33 rows are more than 2048 rows */
+    fault_t fault = {0};
+    const int32_t texture = checkerboard(&f, 0.1F, 0.9F);
+    while (f.count < 3 + 63) {
+        const uint32_t m = fixture_coated_diffuse(&f, "coat", 0.5F, 1.1F + 0.01F * (float)f.count, 1, 1);
+        f.materials[m].coat_alpha_u.texture = f.materials[m].coat_alpha_v.texture = texture;
+    }
+    f.scene.textures = f.textures;
+    f.scene.texture_count = f.texture_count;
+    f.scene.material_count = f.count;
+    assert_int_equal(bsdf_tables_new(&f.tables, &f.scene, &fault), FAULT_LIMIT);
+    assert_non_null(strstr(fault.text, "material 65:"));
+    assert_null(f.tables);
 }
 
 static void matched_indices_pass_light_on(void **state)
