@@ -1,6 +1,7 @@
 #include "client/job_file.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -43,8 +44,10 @@ fault_code_t job_file_output(const job_t *job, message_output_t output, const ch
     path[0] = '\0';
     if (!*wanted)
         return FAULT_NONE;
-    if (!folder)
-        return file_join(path, JOB_PATH_SIZE, ".", name, fault);
+    if (!folder) {
+        snprintf(path, JOB_PATH_SIZE, "%s", name);
+        return FAULT_NONE;
+    }
     const char *last = strrchr(name, '/');
     return file_join(path, JOB_PATH_SIZE, folder, last ? last + 1 : name, fault);
 }

@@ -11,7 +11,6 @@
 #include "base/log.h"
 #include "master/run_internal.h"
 
-static const double check_interval = 0.25; /* seconds between tests of the stop rules */
 static const double output_pause_min = 1, output_pause_max = 30;
 
 const char *run_state_name(run_state_t state)
@@ -354,9 +353,6 @@ static void tick(run_t *run, double now, bool working)
     if (run->clock_runs && working)
         run->seconds += now - run->last_tick;
     run->last_tick = now;
-    if (now < run->next_check && !plan_finished(run->plan))
-        return;
-    run->next_check = now + check_interval;
     plan_check_stop(run->plan, run->seconds);
     run_note_progress(run);
     if (plan_finished(run->plan))

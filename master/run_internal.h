@@ -42,15 +42,14 @@ struct run {
     plan_t *plan;
     ledger_t *ledger;
     journal_t *journal;
-    uint64_t drawn; /* units 0..drawn-1 were handed out by the plan */
-    bool restored;  /* went on from files: results of attempts before the restart may come */
+    bool restored;      /* went on from files: results of attempts before the restart may come */
+    uint64_t late_left; /* units that may still be handed out early for such results */
 
     /* the clock: seconds counts from the first unit on while a worker is connected */
     double seconds, last_tick, setup_seconds, pilot_seconds;
     bool clock_runs;
     plan_progress_t progress; /* the latest; stopped_by points into stopped_by below */
     char stopped_by[64];
-    double next_check;
 
     run_waiting_t *waiting;
     size_t waiting_count, waiting_capacity, waiting_unwritten;
@@ -76,7 +75,7 @@ void run_release(run_t *run); /* plan, bundle, ledger, journal, what waits */
 
 /* run_results.c */
 fault_code_t run_open_journal(run_t *run, fault_t *fault);
-bool run_draw_until(run_t *run, uint64_t unit, uint64_t limit, fault_t *fault);
+bool run_draw_until(run_t *run, uint64_t unit, uint64_t *limit, fault_t *fault);
 /* snapshot bytes and the clock they were taken at; *data null if there is no snapshot */
 fault_code_t run_read_snapshot(run_t *run, uint8_t **data, size_t *size, size_t *offset, fault_t *fault);
 

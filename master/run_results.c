@@ -19,14 +19,14 @@ static const double retry_min = 0.5, retry_max = 10; /* seconds between attempts
 
 /* ---- units out ---- */
 
-/* Hands out new units of the plan into the ledger's lost ones until `unit` is out; at most `limit` of them. */
-bool run_draw_until(run_t *run, uint64_t unit, uint64_t limit, fault_t *fault)
+/* Hands out new units of the plan into the ledger's lost ones until `unit` is out; at most *limit of them, which is
+ * counted down. */
+bool run_draw_until(run_t *run, uint64_t unit, uint64_t *limit, fault_t *fault)
 {
     uint64_t drawn;
     const work_record_t *record;
-    for (uint64_t i = 0; i < limit && plan_next(run->plan, &drawn, &record); i++) {
-        if (drawn >= run->drawn)
-            run->drawn = drawn + 1;
+    while (*limit > 0 && plan_next(run->plan, &drawn, &record)) {
+        --*limit;
         if (ledger_add_lost(run->ledger, drawn, fault) != FAULT_NONE)
             return false;
         if (drawn == unit)
@@ -44,11 +44,8 @@ static bool choose_unit(run_t *run, uint64_t worker, size_t workers, double now,
         ledger_finish(run->ledger, *unit); /* the plan has no more use for it */
     }
     const work_record_t *record;
-    if (plan_next(run->plan, unit, &record)) {
-        if (*unit >= run->drawn)
-            run->drawn = *unit + 1;
+    if (plan_next(run->plan, unit, &record))
         return true;
-    }
     const double age = fmax(straggler_min_age, STRAGGLER_FACTOR * ledger_mean_age(run->ledger));
     while (ledger_next_straggler(run->ledger, worker, now, age, unit)) {
         if (plan_record(run->plan, *unit))
@@ -169,8 +166,7 @@ static fault_code_t absorb(run_t *run, uint64_t unit, const uint8_t *data, size_
                            fault_t *fault)
 {
     TRY(plan_absorb(run->plan, unit, data, size, how, fault));
-    if (*how == PLAN_UNKNOWN && run->restored && unit >= run->drawn && unit < run->drawn + LATE_UNITS &&
-        run_draw_until(run, unit, LATE_UNITS, fault))
+    if (*how == PLAN_UNKNOWN && run->restored && run_draw_until(run, unit, &run->late_left, fault))
         return plan_absorb(run->plan, unit, data, size, how, fault);
     return FAULT_NONE;
 }
@@ -184,8 +180,8 @@ fault_code_t run_absorb(run_t *run, uint64_t worker, const message_lease_t *leas
         return FAULT_NONE;
     plan_absorbed_t how = PLAN_UNKNOWN;
     fault_code_t code = absorb(run, lease->unit, data, size, &how, fault);
-    if (code == FAULT_NO_LIGHT) {
-        run_fail(run, fault->text);
+    if (code != FAULT_NONE && !plan_record(run->plan, lease->unit)) {
+        run_fail(run, fault->text); /* the result was good, what follows from it is not: no light, say */
         return code;
     }
     if (code != FAULT_NONE) {
@@ -358,7 +354,8 @@ static fault_code_t replay(void *context, uint64_t unit, double seconds, const u
     if (seconds > run->seconds && isfinite(seconds))
         run->seconds = seconds;
     TRY(plan_absorb(run->plan, unit, data, size, &how, fault));
-    if (how == PLAN_UNKNOWN && run_draw_until(run, unit, UINT64_MAX, fault))
+    uint64_t limit = UINT64_MAX;
+    if (how == PLAN_UNKNOWN && run_draw_until(run, unit, &limit, fault))
         TRY(plan_absorb(run->plan, unit, data, size, &how, fault));
     if (how == PLAN_UNKNOWN)
         return fault_set(fault, FAULT_FORMAT, "the journal names unit %" PRIu64 ", which the job does not have",
@@ -377,6 +374,7 @@ fault_code_t run_open_journal(run_t *run, fault_t *fault)
         log_info("job %" PRIu64 ": %" PRIu64 " bytes of an unfinished record were cut off its journal", run->id,
                  cut);
     run->clock_runs = run->restored;
+    run->late_left = LATE_UNITS;
     return FAULT_NONE;
 }
 

@@ -204,7 +204,10 @@ static fault_code_t read_header(reader_t *r)
             return header_fault(r, "unexpected", words[0]);
         }
     }
-    return format ? FAULT_NONE : header_fault(r, "the format is missing", NULL);
+    if (!format)
+        return header_fault(r, "the format is missing", NULL);
+    r->line++;
+    return FAULT_NONE;
 }
 
 /* ---- values ---- */

@@ -115,6 +115,7 @@ void fixture_direct(const char *text, digest_t *pixels)
         assert_int_equal(how, PLAN_MERGED);
         free(data);
     }
+    plan_check_stop(plan, 1);
     assert_true(plan_finished(plan));
     image_t image;
     assert_int_equal(plan_image(plan, &image, &fault), FAULT_NONE);
