@@ -53,30 +53,28 @@ void ply_mesh_clear(ply_mesh_t *mesh)
 
 /* ---- header ---- */
 
-/* The next line's words, at most `limit`; false at the end of the data or if a word is too long. */
+/* The next line's words, at most `limit`; false if one of them is too long (it is cut). */
 static bool next_line(reader_t *r, char words[][WORD_SIZE], int limit, int *count)
 {
-    *count = 0;
-    if (r->at >= r->size)
-        return false;
     const uint8_t *end = memchr(r->data + r->at, '\n', r->size - r->at);
     const size_t stop = end ? (size_t)(end - r->data) : r->size;
+    bool fits = true;
     r->line++;
-    size_t i = r->at;
-    while (i < stop && *count < limit) {
+    *count = 0;
+    for (size_t i = r->at; i < stop && *count < limit; i++) {
+        size_t length = 0;
         while (i < stop && (r->data[i] == ' ' || r->data[i] == '\t' || r->data[i] == '\r'))
             i++;
-        size_t length = 0;
-        while (i < stop && r->data[i] != ' ' && r->data[i] != '\t' && r->data[i] != '\r') {
-            if (length == WORD_SIZE - 1)
-                return false;
-            words[*count][length++] = (char)r->data[i++];
-        }
-        if (length > 0)
-            words[(*count)++][length] = 0;
+        for (; i < stop && r->data[i] != ' ' && r->data[i] != '\t' && r->data[i] != '\r'; i++)
+            if (length < WORD_SIZE - 1)
+                words[*count][length++] = (char)r->data[i];
+            else
+                fits = false;
+        words[*count][length] = 0;
+        *count += length > 0;
     }
     r->at = end ? stop + 1 : r->size;
-    return true;
+    return fits;
 }
 
 static bool parse_type(const char *word, ply_type_t *type)
@@ -178,18 +176,15 @@ static fault_code_t read_header(reader_t *r)
     char words[6][WORD_SIZE];
     int count;
     bool format = false;
-    if (!next_line(r, words, 6, &count) || count != 1 || strcmp(words[0], "ply") != 0)
+    if (r->size == 0 || !next_line(r, words, 6, &count) || count != 1 || strcmp(words[0], "ply") != 0)
         return fault_set(r->fault, FAULT_FORMAT, "not a PLY file: expected \"ply\" in the first line");
     for (;;) {
         if (r->line > 1000 || (r->at >= r->size))
             return header_fault(r, "expected end_header", NULL);
-        const size_t start = r->at;
-        const bool ok = next_line(r, words, 6, &count);
-        if (r->at == start)
-            return header_fault(r, "a word that is too long", NULL);
+        const bool fits = next_line(r, words, 6, &count);
         if (count == 0 || strcmp(words[0], "comment") == 0 || strcmp(words[0], "obj_info") == 0)
             continue;
-        if (!ok)
+        if (!fits)
             return header_fault(r, "a word that is too long", NULL);
         if (strcmp(words[0], "end_header") == 0)
             break;

@@ -22,7 +22,8 @@ void read_text_write(const char *name, const void *data, size_t size);
 
 /* Reads the text as "test.pbrt" in that folder. */
 reading_t read_text(const char *text);
-/* `world` after a small camera and WorldBegin in line 1: the world's first line is line 2. Fails the test on a fault. */
+/* `world` after a small camera and WorldBegin in line 1: the world's first line is line 2. Fails the test on a
+ * fault. */
 reading_t read_world(const char *world);
 /* The same, but expects a fault whose text contains all of `words` (null-terminated list of strings). */
 void read_world_fails(const char *world, fault_code_t code, const char *const *words);

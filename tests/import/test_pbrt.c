@@ -16,8 +16,8 @@
 
 #define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 
-/* Positions are stored in single precision: half a unit in the last place of numbers below 64, and the same again for the
- * rounding of degrees in the expected values. */
+/* Positions are stored in single precision: half a unit in the last place of numbers below 64, and the same again
+ * for the rounding of degrees in the expected values. */
 #define CLOSE 8e-6
 
 static void expect(double found, double expected, double tolerance)
@@ -30,8 +30,8 @@ static void expect(double found, double expected, double tolerance)
 static void expect_point(const char *transforms, vec3_t p, vec3_t expected)
 {
     char world[2048];
-    snprintf(world, sizeof world, "%s\nShape \"trianglemesh\" \"point3 P\" [%.17g %.17g %.17g  7 1 2  3 9 4]", transforms,
-             p.x, p.y, p.z);
+    snprintf(world, sizeof world, "%s\nShape \"trianglemesh\" \"point3 P\" [%.17g %.17g %.17g  7 1 2  3 9 4]",
+             transforms, p.x, p.y, p.z);
     reading_t r = read_world(world);
     assert_int_equal(r.scene.vertex_count, 3);
     expect((double)r.scene.positions[0], expected.x, CLOSE);
@@ -101,7 +101,8 @@ static void coordinate_systems_are_kept(void **state)
 {
     (void)state;
     const vec3_t p = vec3(1, 2, 3);
-    expect_point("Translate 1 0 0 CoordinateSystem \"here\" Scale 9 9 9 CoordSysTransform \"here\"", p, vec3(2, 2, 3));
+    expect_point("Translate 1 0 0 CoordinateSystem \"here\" Scale 9 9 9 CoordSysTransform \"here\"", p,
+                 vec3(2, 2, 3));
     expect_point("Translate 1 0 0 CoordSysTransform \"world\"", p, p);
     /* "camera" is what takes camera space to the world. */
     reading_t r = read_text("Translate 0 0 4 Camera \"perspective\" WorldBegin CoordSysTransform \"camera\"\n"
@@ -120,8 +121,9 @@ static void attributes_end_with_their_block(void **state)
     (void)state;
     const vec3_t p = vec3(1, 2, 3);
     expect_point("AttributeBegin Translate 5 5 5 AttributeEnd", p, p);
-    expect_point("Translate 1 0 0 AttributeBegin Translate 5 5 5 AttributeBegin Scale 3 3 3 AttributeEnd AttributeEnd", p,
-                 vec3(2, 2, 3));
+    expect_point(
+        "Translate 1 0 0 AttributeBegin Translate 5 5 5 AttributeBegin Scale 3 3 3 AttributeEnd AttributeEnd", p,
+        vec3(2, 2, 3));
     expect_point("TransformBegin Translate 5 5 5 TransformEnd", p, p);
     reading_t r = read_world("MakeNamedMaterial \"m\" \"string type\" \"dielectric\"\n"
                              "AttributeBegin NamedMaterial \"m\" ReverseOrientation AreaLightSource \"diffuse\"\n"
@@ -139,10 +141,11 @@ static void attributes_end_with_their_block(void **state)
 static void attribute_defaults_count_where_nothing_is_given(void **state)
 {
     (void)state;
-    reading_t r = read_world("AttributeBegin Attribute \"shape\" \"float radius\" 3.5\nShape \"sphere\"\n"
-                             "Attribute \"shape\" \"float radius\" 2.5\nShape \"sphere\"\n"
-                             "Shape \"sphere\" \"float radius\" 7 AttributeEnd Shape \"sphere\"\n"
-                             "Attribute \"material\" \"rgb reflectance\" [.1 .2 .3] Material \"diffuse\" Shape \"disk\"");
+    reading_t r =
+        read_world("AttributeBegin Attribute \"shape\" \"float radius\" 3.5\nShape \"sphere\"\n"
+                   "Attribute \"shape\" \"float radius\" 2.5\nShape \"sphere\"\n"
+                   "Shape \"sphere\" \"float radius\" 7 AttributeEnd Shape \"sphere\"\n"
+                   "Attribute \"material\" \"rgb reflectance\" [.1 .2 .3] Material \"diffuse\" Shape \"disk\"");
     const float radii[] = {3.5f, 2.5f, 7, 1};
     for (int i = 0; i < 4; i++)
         expect((double)r.scene.shapes[i].radius, (double)radii[i], 0);
@@ -154,10 +157,11 @@ static void attribute_defaults_count_where_nothing_is_given(void **state)
 static void motion_is_left_out_and_said_once(void **state)
 {
     (void)state;
-    reading_t r = read_text("TransformTimes 0 1 Camera \"perspective\" WorldBegin AttributeBegin\n"
-                            "Translate 1 0 0 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All Translate 0 2 0\n"
-                            "Shape \"sphere\" AttributeEnd AttributeBegin ActiveTransform StartTime Translate 0 0 3\n"
-                            "ActiveTransform EndTime Translate 9 9 9 Shape \"sphere\" AttributeEnd");
+    reading_t r =
+        read_text("TransformTimes 0 1 Camera \"perspective\" WorldBegin AttributeBegin\n"
+                  "Translate 1 0 0 ActiveTransform EndTime Translate 5 0 0 ActiveTransform All Translate 0 2 0\n"
+                  "Shape \"sphere\" AttributeEnd AttributeBegin ActiveTransform StartTime Translate 0 0 3\n"
+                  "ActiveTransform EndTime Translate 9 9 9 Shape \"sphere\" AttributeEnd");
     assert_int_equal(r.code, FAULT_NONE);
     assert_int_equal(import_notes_count(r.notes), 1);
     expect((double)r.scene.shapes[0].centre[0], 1, 0);
@@ -170,11 +174,12 @@ static void motion_is_left_out_and_said_once(void **state)
 static void objects_are_placed_under_each_instance(void **state)
 {
     (void)state;
-    reading_t r = read_world("MakeNamedMaterial \"g\" \"string type\" \"dielectric\"\n"
-                             "Translate 10 0 0 ObjectBegin \"o\" NamedMaterial \"g\" Translate 0 1 0 Shape \"sphere\"\n"
-                             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] ObjectEnd\n"
-                             "Identity Scale 2 2 2 ObjectInstance \"o\"\n"
-                             "Identity Scale -1 1 1 ObjectInstance \"o\"");
+    reading_t r =
+        read_world("MakeNamedMaterial \"g\" \"string type\" \"dielectric\"\n"
+                   "Translate 10 0 0 ObjectBegin \"o\" NamedMaterial \"g\" Translate 0 1 0 Shape \"sphere\"\n"
+                   "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] ObjectEnd\n"
+                   "Identity Scale 2 2 2 ObjectInstance \"o\"\n"
+                   "Identity Scale -1 1 1 ObjectInstance \"o\"");
     assert_int_equal(r.scene.shape_count, 4);
     /* CTM of the instance times CTM of the definition: 2 * (10, 1, 0). */
     expect((double)r.scene.shapes[0].centre[0], 20, 0);
@@ -258,7 +263,8 @@ static void compressed_scenes_are_read(void **state)
 static void words_are_found_without_white_space(void **state)
 {
     (void)state;
-    reading_t r = read_world("#x\nShape\"sphere\"\"float radius\"[2.5]Translate 1 -2e-1 +.5#y\nShape \"sphere\"# z");
+    reading_t r =
+        read_world("#x\nShape\"sphere\"\"float radius\"[2.5]Translate 1 -2e-1 +.5#y\nShape \"sphere\"# z");
     expect((double)r.scene.shapes[0].radius, 2.5, 0);
     expect((double)r.scene.shapes[1].centre[1], -0.2, 1e-8);
     expect((double)r.scene.shapes[1].centre[2], 0.5, 0);
@@ -271,11 +277,12 @@ static void words_are_found_without_white_space(void **state)
 static void numbers_are_read_to_the_last_bit(void **state)
 {
     (void)state;
-    static const char *const numbers[] = {"0.1",   "-123456.789012345", "3.14159265358979323846", "1e-3", "-0",
-                                          "1e22", "6.02214076e23",      "0.000030517578125",      "7.",   ".5e+1"};
+    static const char *const numbers[] = {"0.1",  "-123456.789012345", "3.14159265358979323846", "1e-3", "-0",
+                                          "1e22", "6.02214076e23",     "0.000030517578125",      "7.",   ".5e+1"};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         char text[512];
-        snprintf(text, sizeof text, "Camera \"perspective\" \"float screenwindow\" [%s 2e3 -1 1] WorldBegin", numbers[i]);
+        snprintf(text, sizeof text, "Camera \"perspective\" \"float screenwindow\" [%s 2e3 -1 1] WorldBegin",
+                 numbers[i]);
         reading_t r = read_text(text);
         const double expected = strtod(numbers[i], NULL);
         if (fabs(expected) < 1e3) {
@@ -296,11 +303,13 @@ static void syntax_faults_name_line_and_column(void **state)
     read_world_fails("Shape sphere", FAULT_SYNTAX, WORDS(":2:7", "string", "'sphere'"));
     read_world_fails("Shape \"sphere\" \"float radius\" [ 1", FAULT_SYNTAX, WORDS(":2:34", "the end of the file"));
     read_world_fails("Shape \"sphere\" \"float radius\" [ 1 2x ]", FAULT_SYNTAX, WORDS(":2:35", "'2x'"));
-    read_world_fails("Shape \"sphere\" \"float radius\" \"one\"", FAULT_SYNTAX, WORDS(":2:31", "the string \"one\""));
+    read_world_fails("Shape \"sphere\" \"float radius\" \"one\"", FAULT_SYNTAX,
+                     WORDS(":2:31", "the string \"one\""));
     read_world_fails("Shape \"sphere\" \"flot radius\" 1", FAULT_SYNTAX, WORDS(":2:16", "flot"));
     read_world_fails("Shape \"sphere\" \"radius\" 1", FAULT_SYNTAX, WORDS(":2:16", "type name"));
     read_world_fails("Shape \"sphere\" \"float radius more\" 1", FAULT_SYNTAX, WORDS(":2:16"));
-    read_world_fails("Shape \"sphere\" \"float radius\" 1 \"float radius\" 2", FAULT_SYNTAX, WORDS(":2:33", "twice"));
+    read_world_fails("Shape \"sphere\" \"float radius\" 1 \"float radius\" 2", FAULT_SYNTAX,
+                     WORDS(":2:33", "twice"));
     read_world_fails("Shape \"sphere\" \"float radius\" []", FAULT_SYNTAX, WORDS("radius"));
     read_world_fails("Shape \"sph\nere\"", FAULT_SYNTAX, WORDS(":2:7", "not closed"));
     read_world_fails("Translate 1 2 x", FAULT_SYNTAX, WORDS(":2:15", "'x'"));
@@ -332,8 +341,10 @@ static void wrong_types_and_counts_name_the_parameter(void **state)
                            "expected float"));
     read_world_fails("Shape \"sphere\" \"float radius\" [1 2]", FAULT_FORMAT, WORDS(":2:16", "found 2 values"));
     read_world_fails("Shape \"sphere\" \"integer n\" 1.5", FAULT_SYNTAX, WORDS(":2:28", "integer of 32 bits"));
-    read_world_fails("Shape \"trianglemesh\" \"point3 P\" [1 2 3 4]", FAULT_SYNTAX, WORDS("multiple of 3", "found 4"));
-    read_world_fails("Material \"diffuse\" \"rgb reflectance\" [1 1 1 1 1 1]", FAULT_FORMAT, WORDS(":2:20", "one rgb"));
+    read_world_fails("Shape \"trianglemesh\" \"point3 P\" [1 2 3 4]", FAULT_SYNTAX,
+                     WORDS("multiple of 3", "found 4"));
+    read_world_fails("Material \"diffuse\" \"rgb reflectance\" [1 1 1 1 1 1]", FAULT_FORMAT,
+                     WORDS(":2:20", "one rgb"));
     read_world_fails("Material \"diffuse\" \"rgb reflectance\" [-1 1 1]", FAULT_RANGE, WORDS(":2:20", "-1"));
     read_world_fails("Material \"diffuse\" \"texture reflectance\" \"no\"", FAULT_UNKNOWN, WORDS("\"no\""));
     read_world_fails("NamedMaterial \"no\"", FAULT_UNKNOWN, WORDS(":2:1", "\"no\""));
@@ -356,8 +367,9 @@ static void what_is_unknown_is_said_once(void **state)
     assert_non_null(strstr(import_notes_text(r.notes, 0), "(2 times)"));
     assert_non_null(strstr(import_notes_text(r.notes, 1), "test.pbrt:4: participating media"));
     reading_end(&r);
-    r = read_text("Option \"bool disablepixeljitter\" true ColorSpace \"rec2020\" Sampler \"zsobol\" \"integer n\" 4\n"
-                  "Accelerator \"bvh\" WorldBegin");
+    r = read_text(
+        "Option \"bool disablepixeljitter\" true ColorSpace \"rec2020\" Sampler \"zsobol\" \"integer n\" 4\n"
+        "Accelerator \"bvh\" WorldBegin");
     assert_int_equal(r.code, FAULT_NONE);
     assert_int_equal(import_notes_count(r.notes), 3); /* option, colour space, no camera */
     assert_true(reading_notes(&r, "disablepixeljitter"));
