@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/random.h"
+#include "scene/surface.h"
 #include "scene/texture.h"
 
 /* What a geometry's callbacks need to know: its user data. */
@@ -49,54 +50,35 @@ static void analytic_bounds(const struct RTCBoundsFunctionArguments *args)
                                          c[0] + half[0], c[1] + half[1], c[2] + half[2], 0};
 }
 
-/* The nearest root in (near, far) of the ray with the sphere; 0 roots -> false. Half-b form; the discriminant from
- * the distance of the line to the centre, which does not cancel (Hearn and Baker; Haines et al., Ray Tracing Gems,
+/* The roots of the ray with the sphere in order; how many there are. Half-b form; the discriminant from the
+ * distance of the line to the centre, which does not cancel (Hearn and Baker; Haines et al., Ray Tracing Gems,
  * chapter 7). */
-static bool analytic_sphere(const scene_shape_t *shape, vec3_t o, vec3_t d, double near, double far, double *t)
+static int analytic_sphere(const scene_shape_t *shape, vec3_t o, vec3_t d, double roots[2])
 {
     const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
     const double r = shape->radius, a = vec3_dot(d, d), b = -vec3_dot(f, d);
     const vec3_t l = vec3_mad(f, b / a, d);
     const double discriminant = r * r - vec3_dot(l, l);
     if (discriminant < 0)
-        return false;
+        return 0;
     const double c = vec3_dot(f, f) - r * r;
     const double q = b + copysign(sqrt(a * discriminant), b);
-    double t0 = c / q, t1 = q / a;
-    if (t0 > t1) {
-        const double swap = t0;
-        t0 = t1;
-        t1 = swap;
-    }
-    if (t0 > near && t0 < far) {
-        *t = t0;
-        return true;
-    }
-    if (t1 > near && t1 < far) {
-        *t = t1;
-        return true;
-    }
-    return false;
+    const double t0 = c / q, t1 = q / a;
+    roots[0] = t0 > t1 ? t1 : t0;
+    roots[1] = t0 > t1 ? t0 : t1;
+    return 2;
 }
 
-static bool analytic_disk(const scene_shape_t *shape, vec3_t o, vec3_t d, double near, double far, double *t)
+static int analytic_disk(const scene_shape_t *shape, vec3_t o, vec3_t d, double roots[2])
 {
     const vec3_t n = vec3(shape->normal[0], shape->normal[1], shape->normal[2]);
     const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
     const double cosine = vec3_dot(n, d);
     if (cosine == 0)
-        return false;
-    *t = -vec3_dot(n, f) / cosine;
-    const vec3_t p = vec3_mad(f, *t, d);
-    return *t > near && *t < far && vec3_dot(p, p) <= (double)shape->radius * shape->radius;
-}
-
-static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct RTCRay *ray, double *t)
-{
-    const scene_shape_t *shape = &accel->data->shapes[accel->analytic[primitive]];
-    const vec3_t o = vec3(ray->org_x, ray->org_y, ray->org_z), d = vec3(ray->dir_x, ray->dir_y, ray->dir_z);
-    return (shape->kind == SCENE_SHAPE_SPHERE ? analytic_sphere : analytic_disk)(shape, o, d, ray->tnear, ray->tfar,
-                                                                                 t);
+        return 0;
+    roots[0] = -vec3_dot(n, f) / cosine;
+    const vec3_t p = vec3_mad(f, roots[0], d);
+    return vec3_dot(p, p) <= (double)shape->radius * shape->radius;
 }
 
 /* Opacity is looked at only where a shape is not opaque throughout. Emitters are: a point chosen on one is there.
@@ -106,24 +88,11 @@ static bool accel_shape_has_opacity(const scene_shape_t *shape)
     return shape->area_light < 0 && (shape->alpha.texture >= 0 || shape->alpha.value[0] < 1);
 }
 
-/* Whether a hit on a shape with opacity counts. The coordinates are those of the hit point in single precision. */
-static bool accel_opaque(const accel_t *accel, uint32_t shape_index, uint32_t primitive, float a, float b,
+/* Whether a hit with these texture coordinates counts, on a shape with opacity. */
+static bool accel_opaque(const accel_t *accel, uint32_t shape, uint32_t primitive, double u, double v,
                          const struct RTCRay *ray, double t)
 {
-    const scene_t *scene = accel->data;
-    const scene_shape_t *shape = &scene->shapes[shape_index];
-    double u = a, v = b;
-    if (shape->kind == SCENE_SHAPE_MESH && (shape->flags & SCENE_SHAPE_UVS)) {
-        const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + primitive);
-        const float *uv[3];
-        for (int i = 0; i < 3; i++)
-            uv[i] = scene->uvs + 2 * ((size_t)shape->first_vertex + corner[i]);
-        const double w = 1 - u - v;
-        const double u_hit = w * uv[0][0] + u * uv[1][0] + v * uv[2][0];
-        v = w * uv[0][1] + u * uv[1][1] + v * uv[2][1];
-        u = u_hit;
-    }
-    const double opacity = texture_param_scalar(scene, &shape->alpha, u, v);
+    const double opacity = texture_param_scalar(accel->data, &accel->data->shapes[shape].alpha, u, v);
     if (opacity >= 1)
         return true;
     if (opacity <= 0)
@@ -133,8 +102,31 @@ static bool accel_opaque(const accel_t *accel, uint32_t shape_index, uint32_t pr
                             ray->org_z + (float)t * ray->dir_z};
     memcpy(bits, place, sizeof bits);
     const uint64_t key =
-        random_mix(((uint64_t)bits[0] << 32 | bits[1]) + RANDOM_GAMMA) ^ ((uint64_t)bits[2] << 32 | shape_index);
+        random_mix(((uint64_t)bits[0] << 32 | bits[1]) + RANDOM_GAMMA) ^ ((uint64_t)bits[2] << 32 | shape);
     return random_double(key, primitive) < opacity;
+}
+
+/* The nearest hit that counts: of a sphere with opacity that may be the far side. */
+static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct RTCRay *ray, double *t)
+{
+    const uint32_t index = accel->analytic[primitive];
+    const scene_shape_t *shape = &accel->data->shapes[index];
+    const vec3_t o = vec3(ray->org_x, ray->org_y, ray->org_z), d = vec3(ray->dir_x, ray->dir_y, ray->dir_z);
+    double roots[2];
+    const int count = (shape->kind == SCENE_SHAPE_SPHERE ? analytic_sphere : analytic_disk)(shape, o, d, roots);
+    for (int i = 0; i < count; i++) {
+        if (!(roots[i] > (double)ray->tnear && roots[i] < (double)ray->tfar))
+            continue;
+        *t = roots[i];
+        if (!accel_shape_has_opacity(shape))
+            return true;
+        surface_t at = {.u = 0};
+        if (shape->alpha.texture >= 0)
+            surface_at_hit(accel->data, &(accel_hit_t){index, 0, *t}, o, d, true, &at);
+        if (accel_opaque(accel, index, 0, at.u, at.v, ray, *t))
+            return true;
+    }
+    return false;
 }
 
 static void analytic_intersect(const struct RTCIntersectFunctionNArguments *args)
@@ -145,10 +137,6 @@ static void analytic_intersect(const struct RTCIntersectFunctionNArguments *args
     struct RTCRayHit *rayhit = (struct RTCRayHit *)args->rayhit; /* N = 1: only single rays are traced */
     double t;
     if (!analytic_hit(accel, args->primID, &rayhit->ray, &t))
-        return;
-    const uint32_t shape = accel->analytic[args->primID];
-    if (accel_shape_has_opacity(&accel->data->shapes[shape]) &&
-        !accel_opaque(accel, shape, 0, 0, 0, &rayhit->ray, t))
         return;
     rayhit->ray.tfar = (float)t;
     rayhit->hit.Ng_x = 0;
@@ -170,9 +158,6 @@ static void analytic_occluded(const struct RTCOccludedFunctionNArguments *args)
     double t;
     if (!analytic_hit(accel, args->primID, ray, &t))
         return;
-    const uint32_t shape = accel->analytic[args->primID];
-    if (accel_shape_has_opacity(&accel->data->shapes[shape]) && !accel_opaque(accel, shape, 0, 0, 0, ray, t))
-        return;
     ray->tfar = -INFINITY;
 }
 
@@ -183,8 +168,21 @@ static void mesh_filter(const struct RTCFilterFunctionNArguments *args)
     const accel_geometry_t *geometry = args->geometryUserPtr;
     const struct RTCRay *ray = (const struct RTCRay *)args->ray; /* N = 1 */
     const struct RTCHit *hit = (const struct RTCHit *)args->hit;
-    if (args->valid[0] == -1 &&
-        !accel_opaque(geometry->accel, geometry->shape, hit->primID, hit->u, hit->v, ray, ray->tfar))
+    if (args->valid[0] != -1)
+        return;
+    const scene_t *scene = geometry->accel->data;
+    const scene_shape_t *shape = &scene->shapes[geometry->shape];
+    const double b1 = hit->u, b2 = hit->v;
+    double u = b1 + b2, v = b2; /* (0,0), (1,0), (1,1) */
+    if (shape->flags & SCENE_SHAPE_UVS) {
+        const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + hit->primID);
+        const float *uv[3];
+        for (int i = 0; i < 3; i++)
+            uv[i] = scene->uvs + 2 * ((size_t)shape->first_vertex + corner[i]);
+        u = (1 - b1 - b2) * uv[0][0] + b1 * uv[1][0] + b2 * uv[2][0];
+        v = (1 - b1 - b2) * uv[0][1] + b1 * uv[1][1] + b2 * uv[2][1];
+    }
+    if (!accel_opaque(geometry->accel, geometry->shape, hit->primID, u, v, ray, ray->tfar))
         args->valid[0] = 0;
 }
 
@@ -352,9 +350,26 @@ static accel_answer_t accel_any(const accel_t *accel, vec3_t origin, vec3_t dire
     return ray.tfar < 0 ? ACCEL_HIT : ACCEL_MISS;
 }
 
+/* Whether the segment is traced from the first point: from the one whose coordinates are smaller, so that the other
+ * end's rounding is small against its own distance off the surface, and the answer does not depend on the
+ * direction. */
+static bool accel_order(vec3_t a, vec3_t b)
+{
+    const double x = vec3_max_abs(a), y = vec3_max_abs(b);
+    if (x != y)
+        return x < y;
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
 accel_answer_t accel_occluded(const accel_t *accel, vec3_t from, vec3_t to)
 {
-    return accel_any(accel, from, vec3_sub(to, from), 1);
+    const bool forward = accel_order(from, to);
+    const vec3_t a = forward ? from : to, b = forward ? to : from;
+    if (!accel_ray_sound(a, b))
+        return ACCEL_BAD_RAY;
+    /* from the origin as it is rounded, so that the end is met */
+    const vec3_t origin = vec3((float)a.x, (float)a.y, (float)a.z);
+    return accel_any(accel, origin, vec3_sub(b, origin), 1);
 }
 
 accel_answer_t accel_occluded_beyond(const accel_t *accel, vec3_t origin, vec3_t direction)
