@@ -61,9 +61,10 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, u
     if (want_uv) {
         if (shape->flags & SCENE_SHAPE_UVS) {
             const float *t0 = scene->uvs + 2 * a, *t1 = scene->uvs + 2 * b, *t2 = scene->uvs + 2 * c;
-            const double du1 = t1[0] - t0[0], dv1 = t1[1] - t0[1], du2 = t2[0] - t0[0], dv2 = t2[1] - t0[1];
-            out->u = t0[0] + b1 * du1 + b2 * du2;
-            out->v = t0[1] + b1 * dv1 + b2 * dv2;
+            const double u0 = t0[0], v0 = t0[1];
+            const double du1 = t1[0] - u0, dv1 = t1[1] - v0, du2 = t2[0] - u0, dv2 = t2[1] - v0;
+            out->u = u0 + b1 * du1 + b2 * du2;
+            out->v = v0 + b1 * dv1 + b2 * dv2;
             out->tangent = surface_triangle_tangent(e1, e2, du1, dv1, du2, dv2);
         } else { /* (0,0), (1,0), (1,1) */
             out->u = b1 + b2;
