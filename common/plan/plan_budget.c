@@ -141,7 +141,7 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     }
     plan->scale = exp2(-rint(log2(plan->b)));
     plan->weight_max = 1 / plan->scale;
-    uint64_t unit = at_most(at_least(plan->pixels, UNIT_LEAST), UNIT_SMALLEST);
+    uint64_t unit = at_most(at_least(plan->pixels, UNIT_LEAST), UNIT_SMALLEST / 2);
     plan->lengths[0].budget = plan->mutations_total > 0 ? (uint64_t)plan->mutations_total : UINT64_MAX;
     if (plan->lengths[0].budget != UINT64_MAX)
         unit = at_least(at_most(unit, plan->lengths[0].budget / UNITS_LEAST), 1);

@@ -5,6 +5,8 @@
  * S_k^2 / U_k), Q_k the sum of squares. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same
  * with one film.
  */
+#include <stdlib.h>
+
 #include "plan/plan_state.h"
 
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
@@ -30,52 +32,88 @@ double plan_technique_b(const plan_length_t *length, uint32_t s, double *error)
     return moments_mean(&length->moments[1 + s], length->b, error);
 }
 
-/* Image value of a film's unit for length k; 0 if nothing was rendered. */
-static double pixel_factor(const plan_t *plan, uint32_t k)
+void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
 {
-    const plan_length_t *length = &plan->lengths[k];
-    if (length->merged == 0)
-        return 0;
-    if (k == 0)
-        return 1 / (plan->scale * (double)length->merged * FILM_ONE);
-    double error;
-    return plan_length_b(length, &error) / ((double)length->merged * FILM_ONE);
-}
-
-void plan_pixel(const plan_t *plan, size_t pixel, double value[3], double variance[3])
-{
-    double squares_scale = 0, units = 0; /* squares -> image units^2 */
-    const uint32_t K = plan_is_chains(plan) ? plan->settings.max_path_length : 0;
-    double merged = 0;
-    for (uint32_t k = K ? 1 : 0; k <= K; k++)
+    *pixels = (plan_pixels_t){.plan = plan};
+    const uint32_t first = plan_is_chains(plan) ? 1 : 0,
+                   last = plan_is_chains(plan) ? plan->settings.max_path_length : 0;
+    double merged = 0, units = 0;
+    for (uint32_t k = first; k <= last; k++)
         merged += (double)plan->lengths[k].merged;
-    for (int c = 0; c < FILM_CHANNELS; c++)
-        value[c] = variance[c] = 0;
-    if (!(merged > 0))
-        return;
-    squares_scale = plan->weight_max / merged;
-    for (uint32_t k = K ? 1 : 0; k <= K; k++) {
+    const double squares = plan->weight_max / merged; /* of one unit of c_k x */
+    for (uint32_t k = first; k <= last; k++) {
         const plan_length_t *length = &plan->lengths[k];
         if (length->merged == 0)
             continue;
-        const double factor = pixel_factor(plan, k);
-        const double c_k = k == 0 ? 1 : length->b / length->share / plan->weight_max;
+        const uint32_t i = pixels->count++;
         double b_error = 0;
-        const double b = k == 0 ? 1 : plan_length_b(length, &b_error);
-        for (int c = 0; c < FILM_CHANNELS; c++) {
-            const double sum = (double)length->film.sums[FILM_CHANNELS * pixel + (size_t)c];
-            const double part = sum * factor, x = sum / FILM_ONE * c_k;
-            value[c] += part;
-            variance[c] += b_error * b_error / (b * b) * part * part -
-                           squares_scale * squares_scale * x * x / (double)length->units_in;
-        }
+        const double b = k == 0 ? 1 / plan->scale : plan_length_b(length, &b_error);
+        const double c_k = k == 0 ? 1 : length->b / length->share / plan->weight_max;
+        pixels->sums[i] = length->film.sums;
+        pixels->factor[i] = b / ((double)length->merged * FILM_ONE);
+        pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
+        pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * (double)length->units_in);
         units += (double)length->units_in * length->share;
     }
-    for (int c = 0; c < FILM_CHANNELS; c++) {
-        const double squares = (double)plan->squares[FILM_CHANNELS * pixel + (size_t)c] * 0x1p-20;
-        variance[c] += squares * squares_scale * squares_scale;
-        variance[c] = units > 1 ? fmax(0, variance[c]) * units / (units - 1) : INFINITY;
+    pixels->squares_factor = squares * squares * 0x1p-20;
+    pixels->correction = units > 1 ? units / (units - 1) : INFINITY;
+}
+
+void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3])
+{
+    for (size_t c = 0; c < FILM_CHANNELS; c++) {
+        double v = 0, b_part = 0, taken = 0;
+        for (uint32_t i = 0; i < pixels->count; i++) {
+            const double sum = (double)pixels->sums[i][FILM_CHANNELS * p + c];
+            v += sum * pixels->factor[i];
+            b_part += sum * sum * pixels->b_variance[i];
+            taken += sum * sum * pixels->square[i];
+        }
+        const double squares = (double)pixels->plan->squares[FILM_CHANNELS * p + c] * pixels->squares_factor;
+        value[c] = v;
+        variance[c] = b_part + (squares > taken ? (squares - taken) * pixels->correction : 0);
     }
+}
+
+/* In place: the mean over a square of (2 r + 1)^2 pixels, cut at the image's edge; two passes with running sums. */
+static void estimate_smooth(double *plane, double *line, uint32_t width, uint32_t height, uint32_t r)
+{
+    for (int pass = 0; pass < 2; pass++) {
+        const uint32_t n = pass ? height : width, lines = pass ? width : height;
+        const size_t step = pass ? width : 1, stride = pass ? 1 : width;
+        for (uint32_t l = 0; l < lines; l++) {
+            double *from = plane + stride * l, sum = 0;
+            for (uint32_t i = 0; i < n; i++)
+                line[i] = from[step * i];
+            for (uint32_t i = 0; i < r && i < n; i++)
+                sum += line[i];
+            for (uint32_t i = 0; i < n; i++) {
+                sum += i + r < n ? line[i + r] : 0;
+                sum -= i > r ? line[i - r - 1] : 0;
+                const uint32_t low = i > r ? i - r : 0, high = i + r < n ? i + r : n - 1;
+                from[step * i] = sum / (high - low + 1);
+            }
+        }
+    }
+}
+
+/* The error is relative to the reference, which is not known: in its place stands the image, smoothed over 7 x 7
+ * pixels. The pixel's own value would not do: where an outlier makes its variance large it makes the value large
+ * too, and their ratio hides it. */
+static double estimate_of_channel(const plan_pixels_t *pixels, double *plane, double *line, int c, double floor)
+{
+    const plan_t *plan = pixels->plan;
+    double value[3], variance[3], sum = 0;
+    for (size_t p = 0; p < plan->pixels; p++) {
+        plan_pixel(pixels, p, value, variance);
+        plane[p] = value[c];
+    }
+    estimate_smooth(plane, line, plan->settings.width, plan->settings.height, 3);
+    for (size_t p = 0; p < plan->pixels; p++) {
+        plan_pixel(pixels, p, value, variance);
+        sum += variance[c] / (plane[p] * plane[p] + floor);
+    }
+    return sum;
 }
 
 double plan_estimate_relmse(const plan_t *plan)
@@ -85,20 +123,25 @@ double plan_estimate_relmse(const plan_t *plan)
         units += plan->lengths[k].units_in;
     if (units < 16)
         return NAN;
+    plan_pixels_t pixels;
+    plan_pixels_init(&pixels, plan);
     double mean = 0, value[3], variance[3];
     for (size_t p = 0; p < plan->pixels; p++) {
-        plan_pixel(plan, p, value, variance);
+        plan_pixel(&pixels, p, value, variance);
         mean += rgb_luminance(rgb(value[0], value[1], value[2]));
     }
     mean /= (double)plan->pixels;
-    if (!(mean > 0))
-        return NAN;
-    const double floor = 0.01 * mean * mean; /* accuracy: both images are scaled to mean luminance 1 */
-    double sum = 0;
-    for (size_t p = 0; p < plan->pixels; p++) {
-        plan_pixel(plan, p, value, variance);
+    const uint32_t longest =
+        plan->settings.width > plan->settings.height ? plan->settings.width : plan->settings.height;
+    double *plane = malloc(sizeof *plane * plan->pixels), *line = malloc(sizeof *line * longest);
+    double sum = NAN;
+    if (mean > 0 && plane && line) {
+        const double floor = 0.01 * mean * mean; /* both images are scaled to mean luminance 1 */
+        sum = 0;
         for (int c = 0; c < FILM_CHANNELS; c++)
-            sum += variance[c] / (value[c] * value[c] + floor);
+            sum += estimate_of_channel(&pixels, plane, line, c, floor);
     }
+    free(plane);
+    free(line);
     return sum / (double)(FILM_CHANNELS * plan->pixels);
 }

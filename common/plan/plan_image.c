@@ -41,9 +41,11 @@ static fault_code_t plan_image_attributes(const plan_t *plan, image_t *image, fa
 fault_code_t plan_image(const plan_t *plan, image_t *image, fault_t *fault)
 {
     TRY(image_init(image, plan->settings.width, plan->settings.height, PLAN_CHANNELS, plan_channels, fault));
+    plan_pixels_t pixels;
+    plan_pixels_init(&pixels, plan);
     for (size_t p = 0; p < plan->pixels; p++) {
         double value[3], variance[3];
-        plan_pixel(plan, p, value, variance);
+        plan_pixel(&pixels, p, value, variance);
         for (uint32_t c = 0; c < 3; c++) {
             image_channel(image, c)[p] = (float)value[c];
             image_channel(image, 3 + c)[p] = (float)sqrt(variance[c]);

@@ -100,8 +100,21 @@ uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain);
 /* plan_estimate.c */
 double plan_length_b(const plan_length_t *length, double *error); /* refined b_k and its standard error */
 double plan_technique_b(const plan_length_t *length, uint32_t s, double *error);
-/* Pixel values and variances at pixel p: double[3] each. */
-void plan_pixel(const plan_t *plan, size_t pixel, double value[3], double variance[3]);
+/* Pixel values and variances: what plan_pixel needs, computed once an image. */
+typedef struct plan_pixels {
+    const plan_t *plan;
+    uint32_t count;                         /* lengths that have been rendered */
+    const int64_t *sums[PATH_MAX_VERTICES]; /* their films */
+    double factor[PATH_MAX_VERTICES];       /* b_k / (N_k 2^28) */
+    double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
+    double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
+    double squares_factor;                  /* of plan->squares, in image units */
+    double correction;                      /* U / (U - 1) */
+} plan_pixels_t;
+
+void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);
+/* Value and variance of pixel p, per channel. Variance is infinite while there are too few units. */
+void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3]);
 /* relMSE of the image as it stands; NaN while there are too few units. */
 double plan_estimate_relmse(const plan_t *plan);
 
