@@ -111,11 +111,39 @@ static fault_code_t keep(picture_t *out, void *samples, int depth, picture_codin
     return code;
 }
 
+/* PNG, JPEG, BMP or HDR by their marks. Other formats that stb_image knows are left alone. */
+static bool has_mark(const uint8_t *data, size_t size)
+{
+    return (size >= 8 && memcmp(data, "\x89PNG\r\n\x1a\n", 8) == 0) ||
+           (size >= 3 && memcmp(data, "\xff\xd8\xff", 3) == 0) || (size >= 2 && memcmp(data, "BM", 2) == 0) ||
+           (size >= 2 && memcmp(data, "#?", 2) == 0);
+}
+
+/* True if the bytes can be a Targa file and hold all of its picture, which stb_image does not check. */
+static bool is_whole_tga(const uint8_t *d, size_t size)
+{
+    enum { HEADER = 18 };
+    if (size <= HEADER || d[1] > 1)
+        return false;
+    const uint32_t kind = d[2] & 7u, packed = d[2] & 8u, bits = d[16];
+    const uint64_t map = d[1] ? (d[5] | (uint64_t)d[6] << 8) * ((d[7] + 7u) / 8) : 0;
+    const uint64_t count = (uint64_t)(d[12] | d[13] << 8) * (uint64_t)(d[14] | d[15] << 8);
+    if (kind < 1 || kind > 3 || (d[2] & ~11u) ||
+        (bits != 8 && bits != 15 && bits != 16 && bits != 24 && bits != 32))
+        return false;
+    /* A packet of run-length coding has a byte and a texel for at most 128 texels. */
+    const uint64_t texel = (bits + 7) / 8, needed = packed ? (count + 127) / 128 * (1 + texel) : count * texel;
+    return size - HEADER >= d[0] + map + needed;
+}
+
 static fault_code_t parse_stb(const uint8_t *data, size_t size, picture_coding_t coding, picture_t *out,
                               fault_t *fault)
 {
     const int length = (int)size;
     int width = 0, height = 0, found = 0;
+    if (!has_mark(data, size) && !is_whole_tga(data, size))
+        return fault_set(fault, FAULT_FORMAT,
+                         "not an image that can be read: expected PNG, JPEG, TGA, BMP, HDR, PFM or OpenEXR");
     if (!stbi_info_from_memory(data, length, &width, &height, &found))
         return failed(fault);
     TRY(check_size(width, height, fault));
