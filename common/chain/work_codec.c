@@ -226,6 +226,28 @@ static fault_code_t result_get_moments(wire_reader_t *in, work_result_t *result,
     return in->code;
 }
 
+/* Numbers that the record decides: mutations proposed, and how many values an estimator is the mean of. */
+static fault_code_t result_check_counts(wire_reader_t *in, const work_result_t *result, const work_record_t *record)
+{
+    const uint64_t *proposed = result->stats.proposed;
+    uint64_t left = record->mutations;
+    for (int i = 0; i < WORK_MOVES; i++) {
+        if (proposed[i] > left)
+            return wire_reader_fail(in, FAULT_RANGE, "proposed", "more than the %llu mutations of the unit",
+                                    (unsigned long long)record->mutations);
+        left -= proposed[i];
+    }
+    if (left > 0)
+        return wire_reader_fail(in, FAULT_RANGE, "proposed", "%llu mutations of the unit are missing",
+                                (unsigned long long)left);
+    const uint64_t n = record->kind == WORK_CHAINS ? proposed[WORK_MOVE_LARGE] : record->count;
+    for (uint32_t i = 0; i < result->moment_count; i++)
+        if (result->moments[i].n != (double)n)
+            return wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u is of %g values, expected %llu", i,
+                                    result->moments[i].n, (unsigned long long)n);
+    return FAULT_NONE;
+}
+
 /* Unpacks exactly `size` octets into new memory. */
 static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t packed_size, size_t size, void **out,
                            fault_t *fault)
@@ -294,6 +316,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
                              : record->kind == WORK_SAMPLES ? work_samples_moment(max_path_length + 1)
                                                             : record->length + 2;
     fault_code_t code = result_get_moments(&in, result, moments, fault);
+    if (!code)
+        code = result_check_counts(&in, result, record);
     if (!code)
         code = result_get_body(&in, result, record, width, height, fault);
     if (!code)
