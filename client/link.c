@@ -14,6 +14,7 @@
 #include "scene/bundle.h"
 
 enum {
+    ATTEMPTS = 3, /* at a request, with a HELLO before each further one */
     SLICE_MS = 200,
     FULL_QUEUE_US = 5000,
     BUNDLE_TIMEOUT_MS = 120000 /* a large scene takes time to be checked */
@@ -23,6 +24,8 @@ struct link {
     transport_t *transport;
     char *address, *token;
     double heartbeat, lease, beat; /* seconds */
+    bool forgotten;      /* the master does not know us (any more): it was restarted, or we were silent for long */
+    uint64_t subscribed; /* job, or 0 */
 };
 
 /* ---- opening ---- */
@@ -133,11 +136,12 @@ static fault_code_t get(link_t *link, int ms, transport_event_t *event, bool *go
             switch (event->message.type) {
             case MESSAGE_HEARTBEAT:
             case MESSAGE_WELCOME:
+            case MESSAGE_BYE: /* it may be back soon; if it is not, waiting has its limits */
                 break;
             case MESSAGE_HELLO_WANTED:
-                return fault_set(fault, FAULT_PROTOCOL, "the master at %s was restarted; try again", link->address);
-            case MESSAGE_BYE:
-                return fault_set(fault, FAULT_IO, "the master at %s closes down", link->address);
+                link->forgotten = true;
+                return fault_set(fault, FAULT_PROTOCOL, "the master at %s does not know this client",
+                                 link->address);
             default:
                 *got = true;
                 return FAULT_NONE;
@@ -176,12 +180,26 @@ static fault_code_t unexpected(const transport_event_t *event, fault_t *fault)
                      message_type_name(event->message.type));
 }
 
-/* A request and its answer of the expected type. */
+/* A request and its answer. A master that has forgotten us is greeted again, and asked again. */
+static fault_code_t ask_any(link_t *link, const message_t *request, transport_event_t *event, fault_t *fault)
+{
+    fault_code_t code = FAULT_NONE;
+    for (int attempt = 0; attempt < ATTEMPTS; attempt++) {
+        link->forgotten = false;
+        code = put(link, request, fault);
+        if (code == FAULT_NONE)
+            code = answer(link, LINK_TIMEOUT_MS, event, fault);
+        if (code == FAULT_NONE || !link->forgotten)
+            return code;
+        TRY(say_hello(link, fault));
+    }
+    return code;
+}
+
 static fault_code_t ask(link_t *link, const message_t *request, message_type_t expected, transport_event_t *event,
                         fault_t *fault)
 {
-    TRY(put(link, request, fault));
-    TRY(answer(link, LINK_TIMEOUT_MS, event, fault));
+    TRY(ask_any(link, request, event, fault));
     return event->message.type == expected ? FAULT_NONE : unexpected(event, fault);
 }
 
@@ -220,8 +238,7 @@ static fault_code_t submit_bytes(link_t *link, const char *text, const digest_t 
     message_t submit = {.type = MESSAGE_SUBMIT};
     submit.submit = (message_submit_t){.text = text, .bundle_digest = *digest, .bundle_size = size};
     for (int attempt = 0; attempt < 2; attempt++) {
-        TRY(put(link, &submit, fault));
-        TRY(answer(link, LINK_TIMEOUT_MS, event, fault));
+        TRY(ask_any(link, &submit, event, fault));
         if (event->message.type == MESSAGE_SUBMITTED) {
             *job = event->message.job.job;
             return FAULT_NONE;
@@ -337,12 +354,24 @@ fault_code_t link_fetch(link_t *link, uint64_t job, message_output_t output, uin
 
 fault_code_t link_subscribe(link_t *link, uint64_t job, fault_t *fault)
 {
+    link->subscribed = job;
     return ask_done(link, MESSAGE_SUBSCRIBE, job, fault);
+}
+
+/* To a master that has forgotten us: who we are and what we wait for. */
+static fault_code_t return_to_master(link_t *link, fault_t *fault)
+{
+    link->forgotten = false;
+    TRY(say_hello(link, fault));
+    return link->subscribed ? link_subscribe(link, link->subscribed, fault) : FAULT_NONE;
 }
 
 fault_code_t link_next(link_t *link, int ms, transport_event_t *event, bool *got, fault_t *fault)
 {
-    TRY(get(link, ms, event, got, fault));
+    const fault_code_t code = get(link, ms, event, got, fault);
+    if (code != FAULT_NONE && link->forgotten)
+        return return_to_master(link, fault);
+    TRY(code);
     if (!*got && transport_silence(link->transport) > link->lease)
         return fault_set(fault, FAULT_TIMEOUT, "the master at %s has been silent for %.0f s", link->address,
                          transport_silence(link->transport));

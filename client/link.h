@@ -8,8 +8,8 @@
  *     TRY(link_fetch(link, job, MESSAGE_OUTPUT_IMAGE, &data, &size, fault));
  *     link_close(&link);
  *
- * Every wait has a limit (LINK_TIMEOUT_MS) and ends early with FAULT_CANCELLED after an interrupt (interrupt.h).
- * One thread. */
+ * A master that was restarted, or has not heard of this client for long, is greeted again. Every wait has a limit
+ * (LINK_TIMEOUT_MS) and ends early with FAULT_CANCELLED after an interrupt (interrupt.h). One thread. */
 #ifndef CLIENT_LINK_H
 #define CLIENT_LINK_H
 
