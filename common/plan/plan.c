@@ -145,10 +145,10 @@ static void absorb_features(plan_t *plan, const work_record_t *record, const wor
     memcpy(plan->features + row * record->first, result->features, sizeof(float) * row * record->count);
 }
 
-/* Adds the squares of a unit's pixels: what the variance between units comes from. */
-static void absorb_squares(plan_t *plan, const film_t *film, double c)
+/* Adds the squares of a unit's pixels, over its size: what the variance between units comes from. */
+static void absorb_squares(plan_t *plan, const film_t *film, double c, double size)
 {
-    const double scale = c / FILM_ONE * 0x1p10;
+    const double scale = c / sqrt(size) / FILM_ONE * 0x1p20;
     for (size_t i = 0; i < FILM_CHANNELS * plan->pixels; i++) {
         if (film->sums[i] == 0)
             continue;
@@ -176,7 +176,8 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
 {
     plan_length_t *length = &plan->lengths[record->length];
     TRY(absorb_film(plan, length, result, fault));
-    absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max);
+    absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max,
+                   (double)record->mutations / (double)length->unit_mutations);
     for (uint32_t i = 0; i < result->moment_count; i++)
         absorb_moments(&length->moments[i], &result->moments[i], length->b);
     for (int i = 0; i < WORK_MOVES; i++) {
@@ -197,7 +198,7 @@ static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, co
 {
     plan_length_t *all = &plan->lengths[0];
     TRY(absorb_film(plan, all, result, fault));
-    absorb_squares(plan, &result->film, 1);
+    absorb_squares(plan, &result->film, 1, (double)record->count / (double)all->unit_mutations);
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         const work_moments_t *from = result->moments + work_samples_moment(k);
         for (uint32_t i = 0; i <= k + 1; i++)

@@ -107,6 +107,25 @@ static void budget_total(plan_t *plan)
     }
 }
 
+/* Parts of about `unit`, so that the last one is about as large as the others. */
+static uint64_t budget_even(uint64_t budget, uint64_t unit)
+{
+    const uint64_t parts = budget / at_least(unit, 1) + (budget % at_least(unit, 1) > 0);
+    return at_least((budget + parts - 1) / at_least(parts, 1), 1);
+}
+
+/* Samples a unit. Whole passes over the image, as each pixel has then the same share of every unit: else the
+ * variance between units would be that of the pixel's share as well. Only a budget of less than four passes is cut
+ * finer. */
+static uint64_t budget_samples(const plan_t *plan, uint64_t budget)
+{
+    const uint64_t passes = budget / plan->pixels;
+    if (passes < 4)
+        return budget_even(budget, budget / UNITS_LEAST);
+    const uint64_t usual = (UNIT_LEAST + plan->pixels - 1) / plan->pixels;
+    return plan->pixels * at_least(at_most(usual, passes / UNITS_LEAST), 1);
+}
+
 static void budget_units(plan_t *plan)
 {
     const uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
@@ -117,7 +136,7 @@ static void budget_units(plan_t *plan)
         if (length->share * 8 < 1) /* a length of little energy: smaller units, so that it has some */
             mutations = at_least((uint64_t)((double)usual * length->share * 8), UNIT_LEAST);
         if (length->budget != UINT64_MAX)
-            mutations = at_least(at_most(mutations, length->budget / UNITS_LEAST), 1);
+            mutations = budget_even(length->budget, at_most(mutations, length->budget / UNITS_LEAST));
         length->unit_mutations = mutations;
         length->unit_chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
     }
@@ -141,12 +160,9 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     }
     plan->scale = exp2(-rint(log2(plan->b)));
     plan->weight_max = 1 / plan->scale;
-    uint64_t unit = at_most(at_least(plan->pixels, UNIT_LEAST), UNIT_SMALLEST / 2);
     plan->lengths[0].budget = plan->mutations_total > 0 ? (uint64_t)plan->mutations_total : UINT64_MAX;
-    if (plan->lengths[0].budget != UINT64_MAX)
-        unit = at_least(at_most(unit, plan->lengths[0].budget / UNITS_LEAST), 1);
     plan->lengths[0].share = 1;
-    plan->lengths[0].unit_mutations = unit;
+    plan->lengths[0].unit_mutations = budget_samples(plan, plan->lengths[0].budget);
     return FAULT_NONE;
 }
 

@@ -1,9 +1,10 @@
 /* plan_estimate.c: the image and its error, from the sums alone.
  *
  * Chains: I = sum_k (b_k / N_k) S_k, S_k the film of length k, N_k its mutations. Units of one length are (given
- * the seeds) independent and of equal size, so the variance of S_k is that between units: U_k / (U_k - 1) (Q_k -
- * S_k^2 / U_k), Q_k the sum of squares. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same
- * with one film.
+ * the seeds) independent, their variance in proportion to their size n (1 but for the last one), so the variance of
+ * S_k is that between units: n_k / (U_k - 1) (Q_k - S_k^2 / n_k), Q_k the sum of x^2 / n over U_k units, n_k the
+ * sum of n. Lengths share one sum of squares, so n_k / (U_k - 1) is a mean over them. The error of b_k itself adds
+ * (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same with one film.
  */
 #include <stdlib.h>
 
@@ -37,7 +38,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
     *pixels = (plan_pixels_t){.plan = plan};
     const uint32_t first = plan_is_chains(plan) ? 1 : 0,
                    last = plan_is_chains(plan) ? plan->settings.max_path_length : 0;
-    double merged = 0, units = 0;
+    double merged = 0, units = 0, sizes = 0;
     for (uint32_t k = first; k <= last; k++)
         merged += (double)plan->lengths[k].merged;
     const double squares = plan->weight_max / merged; /* of one unit of c_k x */
@@ -52,11 +53,13 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         pixels->sums[i] = length->film.sums;
         pixels->factor[i] = b / ((double)length->merged * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
-        pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * (double)length->units_in);
+        const double size = (double)length->merged / (double)length->unit_mutations;
+        pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * size);
         units += (double)length->units_in * length->share;
+        sizes += size * length->share;
     }
-    pixels->squares_factor = squares * squares * 0x1p-20;
-    pixels->correction = units > 1 ? units / (units - 1) : INFINITY;
+    pixels->squares_factor = squares * squares * 0x1p-40;
+    pixels->correction = units > 1 ? sizes / (units - 1) : INFINITY;
 }
 
 void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3])
@@ -121,7 +124,7 @@ double plan_estimate_relmse(const plan_t *plan)
     uint64_t units = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
-    if (units < 16)
+    if (units < (plan_is_chains(plan) ? 16 : 4)) /* units of samples are whole passes over the image */
         return NAN;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);

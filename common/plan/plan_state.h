@@ -58,9 +58,10 @@ struct plan {
     double scale;           /* samples: film value of a contribution of 1; a power of two */
     uint64_t sample_unit;   /* samples a unit */
     double weight_max;      /* largest b_k / share_k */
-    exact_uint_t *squares;  /* [pixels][3]: sum over units of (c_k x)^2 2^20, c_k = b_k / share_k / weight_max */
-    float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
-    work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
+    exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
+                              the unit's size over the usual one of its length */
+    float *features;       /* [pixels][WORK_FEATURE_CHANNELS] */
+    work_stats_t totals;   /* over all units (but for accepted, proposed: by length) */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
     double seconds;         /* as last told */
