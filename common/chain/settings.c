@@ -8,8 +8,8 @@ void settings_default(settings_t *settings)
         .seed = 1,
         .target = SETTINGS_TARGET_LUMINANCE,
         .kernel = SETTINGS_KERNEL_KELEMEN,
-        .large_step = 0.3,
-        .technique_step = 0.1,
+        .large_step = 0.1,
+        .technique_step = 0.03,
         .step_min = 1.0 / 1024,
         .step_max = 1.0 / 64,
     };

@@ -102,21 +102,24 @@ static void estimate_smooth(double *plane, double *line, uint32_t width, uint32_
 
 /* The error is relative to the reference, which is not known: in its place stands the image, smoothed over 7 x 7
  * pixels. The pixel's own value would not do: where an outlier makes its variance large it makes the value large
- * too, and their ratio hides it. */
-static double estimate_of_channel(const plan_pixels_t *pixels, double *plane, double *line, int c, double floor)
+ * too, and their ratio hides it. `values` and `variances`: a plane per channel. */
+static double estimate_of_planes(const plan_t *plan, double *values, const double *variances, double *line)
 {
-    const plan_t *plan = pixels->plan;
-    double value[3], variance[3], sum = 0;
-    for (size_t p = 0; p < plan->pixels; p++) {
-        plan_pixel(pixels, p, value, variance);
-        plane[p] = value[c];
+    const size_t n = plan->pixels;
+    double mean = 0, sum = 0;
+    for (size_t p = 0; p < n; p++)
+        mean += rgb_luminance(rgb(values[p], values[n + p], values[2 * n + p]));
+    mean /= (double)n;
+    if (!(mean > 0))
+        return NAN;
+    const double floor = 0.01 * mean * mean; /* both images are scaled to mean luminance 1 */
+    for (size_t c = 0; c < FILM_CHANNELS; c++) {
+        double *plane = values + c * n;
+        estimate_smooth(plane, line, plan->settings.width, plan->settings.height, 3);
+        for (size_t p = 0; p < n; p++)
+            sum += variances[c * n + p] / (plane[p] * plane[p] + floor);
     }
-    estimate_smooth(plane, line, plan->settings.width, plan->settings.height, 3);
-    for (size_t p = 0; p < plan->pixels; p++) {
-        plan_pixel(pixels, p, value, variance);
-        sum += variance[c] / (plane[p] * plane[p] + floor);
-    }
-    return sum;
+    return sum / (double)(FILM_CHANNELS * n);
 }
 
 double plan_estimate_relmse(const plan_t *plan)
@@ -124,27 +127,25 @@ double plan_estimate_relmse(const plan_t *plan)
     uint64_t units = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
-    if (units < (plan_is_chains(plan) ? 16 : 4)) /* units of samples are whole passes over the image */
+    if (units < 16)
         return NAN;
+    const settings_t *s = &plan->settings;
+    const size_t n = plan->pixels, longest = s->width > s->height ? s->width : s->height;
+    double *room = malloc(sizeof *room * (2 * FILM_CHANNELS * n + longest));
+    if (!room)
+        return NAN;
+    double *values = room, *variances = room + FILM_CHANNELS * n;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);
-    double mean = 0, value[3], variance[3];
-    for (size_t p = 0; p < plan->pixels; p++) {
+    for (size_t p = 0; p < n; p++) {
+        double value[3], variance[3];
         plan_pixel(&pixels, p, value, variance);
-        mean += rgb_luminance(rgb(value[0], value[1], value[2]));
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            values[c * n + p] = value[c];
+            variances[c * n + p] = variance[c];
+        }
     }
-    mean /= (double)plan->pixels;
-    const uint32_t longest =
-        plan->settings.width > plan->settings.height ? plan->settings.width : plan->settings.height;
-    double *plane = malloc(sizeof *plane * plan->pixels), *line = malloc(sizeof *line * longest);
-    double sum = NAN;
-    if (mean > 0 && plane && line) {
-        const double floor = 0.01 * mean * mean; /* both images are scaled to mean luminance 1 */
-        sum = 0;
-        for (int c = 0; c < FILM_CHANNELS; c++)
-            sum += estimate_of_channel(&pixels, plane, line, c, floor);
-    }
-    free(plane);
-    free(line);
-    return sum / (double)(FILM_CHANNELS * plan->pixels);
+    const double relmse = estimate_of_planes(plan, values, variances, room + 2 * FILM_CHANNELS * n);
+    free(room);
+    return relmse;
 }

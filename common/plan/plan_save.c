@@ -96,6 +96,30 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
     }
     if (!in->code && (!(length->b >= 0) || !isfinite(length->b)))
         wire_reader_fail(in, FAULT_RANGE, "b", "%g", length->b);
+    if (!in->code && !(length->cpu_seconds >= 0 && length->cpu_seconds < 1e15))
+        wire_reader_fail(in, FAULT_RANGE, "cpu_seconds", "%g", length->cpu_seconds);
+    for (int i = 0; i < WORK_MOVES && !in->code; i++)
+        if (length->accepted[i].value < 0)
+            wire_reader_fail(in, FAULT_RANGE, "accepted", "is negative");
+    for (uint32_t i = 0; i <= k + 1 && !in->code; i++) {
+        const plan_moments_t *m = &length->moments[i];
+        if (!(m->n >= 0) || !isfinite(m->n) || m->sum.value < 0 || m->sum2.value < 0)
+            wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u of length %u is negative or not finite", i, k);
+    }
+}
+
+/* b_k is what the candidates say; none is known before the pilot's end. */
+static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
+{
+    const plan_length_t *length = &plan->lengths[k];
+    double b = length->b;
+    if (plan->phase != PLAN_RENDER || k == 0)
+        b = 0;
+    else if (plan_is_chains(plan))
+        b = length->weights[length->candidates - 1] / (double)length->candidates;
+    if (length->b != b)
+        return wire_reader_fail(in, FAULT_RANGE, "b", "%g of length %u, expected %g", length->b, k, b);
+    return FAULT_NONE;
 }
 
 static void put_totals(wire_writer_t *out, const plan_t *plan)
@@ -238,6 +262,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
             if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) ||
                 !isfinite(length->weights[i]))
                 return wire_reader_fail(in, FAULT_RANGE, "weights", "candidate %llu", (unsigned long long)i);
+        TRY(check_b(plan, in, k));
         size_t size = 0;
         const uint8_t *film = wire_get_bytes(in, "film", UINT32_MAX, &size);
         if (in->code)
@@ -252,13 +277,29 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     }
     TRY(load_packed(in, "squares", plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares));
     TRY(load_packed(in, "features", plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features));
+    for (size_t i = 0; i < WORK_FEATURE_CHANNELS * plan->pixels; i++)
+        if (!isfinite(plan->features[i]))
+            return wire_reader_fail(in, FAULT_RANGE, "features", "number %zu is not finite", i);
     return wire_reader_end(in);
 }
 
-/* Makes the list of units again and marks those that are in. */
-static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count,
-                               fault_t *fault)
+/* What the units that are in add up to, by length. */
+typedef struct load_counts {
+    uint64_t units[PATH_MAX_VERTICES], merged[PATH_MAX_VERTICES];
+} load_counts_t;
+
+static void load_count(load_counts_t *counts, const work_record_t *record)
 {
+    if (record->kind != WORK_CHAINS && record->kind != WORK_SAMPLES)
+        return;
+    counts->units[record->length]++;
+    counts->merged[record->length] += record->kind == WORK_CHAINS ? record->mutations : record->count;
+}
+
+/* Makes the list of units again and marks those that are in. */
+static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count)
+{
+    load_counts_t counts = {{0}, {0}};
     for (uint64_t i = 0; i < count; i++) {
         if (!plan_generate(plan))
             return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu, but the job has only %llu",
@@ -270,11 +311,20 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         plan->units[i].state = states[i];
         if (states[i] != PLAN_UNIT_IN)
             continue;
+        load_count(&counts, &plan->units[i].record);
         work_record_clear(&plan->units[i].record);
         plan->in++;
     }
     plan->resume = 0;
-    (void)fault;
+    if ((plan->phase == PLAN_RENDER ? count < plan->pilot_units : plan->in == plan->pilot_units))
+        return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",
+                                (unsigned long long)plan->in);
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        if (counts.units[k] != plan->lengths[k].units_in || counts.merged[k] != plan->lengths[k].merged)
+            return wire_reader_fail(
+                in, FAULT_FORMAT, "units_in", "%llu with %llu mutations of length %u, expected %llu with %llu",
+                (unsigned long long)plan->lengths[k].units_in, (unsigned long long)plan->lengths[k].merged, k,
+                (unsigned long long)counts.units[k], (unsigned long long)counts.merged[k]);
     return FAULT_NONE;
 }
 
@@ -295,11 +345,16 @@ static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
     if (!states)
         return in->code;
     get_totals(in, plan);
+    if (!in->code && !(plan->seconds >= 0 && plan->seconds < 1e12 && plan->totals.cpu_seconds >= 0 &&
+                       plan->totals.cpu_seconds < 1e15 && plan->pilot_cpu_seconds >= 0 &&
+                       plan->pilot_cpu_seconds <= plan->totals.cpu_seconds))
+        return wire_reader_fail(in, FAULT_RANGE, "seconds", "%g, of pilot %g, of processors %g", plan->seconds,
+                                plan->pilot_cpu_seconds, plan->totals.cpu_seconds);
     plan->phase = render ? PLAN_RENDER : PLAN_PILOT;
     TRY(load_arrays(plan, in, fault));
     if (render)
         TRY(plan_size_render(plan, fault));
-    return load_units(plan, in, states, count, fault);
+    return load_units(plan, in, states, count);
 }
 
 fault_code_t plan_restore(plan_t **out, const job_t *job, const scene_t *scene, const uint8_t *data, size_t size,
