@@ -1,6 +1,7 @@
 /* scene.c: what paths are made in, put together. */
 #include <stdlib.h>
 
+#include "path/recentre.h"
 #include "path/walk.h"
 
 static double emitter_reach(const light_emitter_t *e)
@@ -36,7 +37,13 @@ fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scen
                              uint32_t height, fault_t *fault)
 {
     *out = (path_scene_t){.scene = scene};
-    fault_code_t code = camera_init(&out->camera, camera, width, height, fault);
+    fault_code_t code = path_recentre(&out->moved, scene, camera, fault);
+    if (out->moved) {
+        scene = out->scene = &out->moved->scene;
+        camera = scene->camera;
+    }
+    if (!code)
+        code = camera_init(&out->camera, camera, width, height, fault);
     if (!code)
         code = light_set_init(&out->lights, scene, fault);
     if (!code)
@@ -69,5 +76,6 @@ void path_scene_clear(path_scene_t *scene)
     bsdf_tables_destroy(&scene->tables);
     free(scene->emitter_epsilon);
     free(scene->shape_wants_uv);
+    path_recentred_destroy(&scene->moved);
     *scene = (path_scene_t){0};
 }

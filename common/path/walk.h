@@ -26,7 +26,8 @@ enum {
 
 /* Everything that paths are made in. */
 typedef struct path_scene {
-    const scene_t *scene;
+    const scene_t *scene; /* the one borrowed, or `moved`'s */
+    struct path_recentred *moved; /* a copy near the origin of a scene that lies far from it; else null */
     accel_t *accel;
     light_set_t lights;
     camera_t camera;
