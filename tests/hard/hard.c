@@ -1,0 +1,438 @@
+#include "hard.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <gsl/gsl_cdf.h>
+
+#include "base/random.h"
+#include "chain/target.h"
+#include "client/import/pbrt.h"
+#include "load.h"
+#include "reference.h"
+#include "scene/builder.h"
+
+/* ---- scenes as text ---- */
+
+static FILE *text_file;
+static char *text;
+static size_t text_size;
+static scene_builder_t *builder;
+static scene_t scene_view;
+
+FILE *hard_begin(const char *camera, double fov, uint32_t side)
+{
+    hard_clear();
+    text_file = open_memstream(&text, &text_size);
+    assert_non_null(text_file);
+    fprintf(text_file,
+            "%s\nPixelFilter \"box\" \"float xradius\" [ 0.5 ] \"float yradius\" [ 0.5 ]\n"
+            "Film \"rgb\" \"string filename\" [ \"image.exr\" ] \"integer xresolution\" [ %u ] \"integer "
+            "yresolution\" [ %u ]\n"
+            "Camera \"perspective\" \"float fov\" [ %.17g ]\nWorldBegin\n",
+            camera, side, side, fov);
+    return text_file;
+}
+
+const scene_t *hard_end(const char *name)
+{
+    fault_t fault = {0};
+    fclose(text_file);
+    text_file = NULL;
+    builder = scene_builder_new();
+    if (pbrt_read_text(name, ".", text, text_size, builder, NULL, &fault))
+        fail_msg("%s", fault.text);
+    scene_view = scene_builder_view(builder);
+    if (scene_check(&scene_view, &fault))
+        fail_msg("%s: %s", name, fault.text);
+    return &scene_view;
+}
+
+const scene_t *hard_load(const char *name)
+{
+    hard_clear();
+    return load_scene(name);
+}
+
+void hard_clear(void)
+{
+    if (text_file)
+        fclose(text_file);
+    text_file = NULL;
+    free(text);
+    text = NULL;
+    scene_builder_destroy(&builder);
+    load_clear();
+}
+
+void hard_quad(FILE *f, vec3_t a, vec3_t b, vec3_t c, vec3_t d)
+{
+    const vec3_t p[4] = {a, b, c, d};
+    fprintf(f, "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ] \"point3 P\" [");
+    for (int i = 0; i < 4; i++)
+        fprintf(f, " %.9g %.9g %.9g", p[i].x, p[i].y, p[i].z);
+    fprintf(f, " ]\n");
+}
+
+void hard_box(FILE *f, vec3_t l, vec3_t h, bool inwards)
+{
+    const vec3_t c[8] = {vec3(l.x, l.y, l.z), vec3(h.x, l.y, l.z), vec3(l.x, h.y, l.z), vec3(h.x, h.y, l.z),
+                         vec3(l.x, l.y, h.z), vec3(h.x, l.y, h.z), vec3(l.x, h.y, h.z), vec3(h.x, h.y, h.z)};
+    static const int face[6][4] = {{0, 4, 5, 1}, {2, 3, 7, 6}, {0, 1, 3, 2},
+                                   {4, 6, 7, 5}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    for (int i = 0; i < 6; i++) {
+        const int *q = face[i];
+        if (inwards)
+            hard_quad(f, c[q[0]], c[q[1]], c[q[2]], c[q[3]]);
+        else
+            hard_quad(f, c[q[0]], c[q[3]], c[q[2]], c[q[1]]);
+    }
+}
+
+void hard_furnace_walls(FILE *f, double albedo, double emission)
+{
+    fprintf(
+        f,
+        "Material \"diffuse\" \"rgb reflectance\" [ %.9g %.9g %.9g ]\nAreaLightSource \"diffuse\" \"rgb L\" [ %.9g "
+        "%.9g %.9g ]\n",
+        albedo, albedo, albedo, emission, emission, emission);
+}
+
+/* ---- jobs ---- */
+
+/* Values refused before the film, per evaluation: each is a path lost. None is expected but those whose single
+ * ratios of densities leave double's range. */
+static const double refused_most = 1e-6;
+
+static void check_refused(const render_t *render, const char *name, const hard_job_t *job)
+{
+    const json_t *rejected = json_get(render->report, "rejected");
+    static const char *const before[] = {"nonfinite_ray", "nonfinite_weight", "nonfinite_value", "negative_value"};
+    double refused = 0;
+    for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
+        const double n = json_number(json_get(rejected, before[i]));
+        refused += n;
+        if (n > 0)
+            print_message("%s, %s: %s %g\n", name, job->algorithm, before[i], n);
+    }
+    const double nonfinite = json_number(json_get(rejected, "film_nonfinite")),
+                 negative = json_number(json_get(rejected, "film_negative"));
+    if (nonfinite != 0 || negative != 0)
+        fail_msg("%s, %s: the film met %g non-finite and %g negative values", name, job->algorithm, nonfinite,
+                 negative);
+    const double evaluations = job->work * job->side * job->side;
+    if (!(refused <= refused_most * evaluations))
+        fail_msg("%s, %s: %g values refused of %g", name, job->algorithm, refused, evaluations);
+    for (uint32_t i = 0; i < render->image.width * render->image.height; i++)
+        for (uint32_t c = 0; c < 3; c++) {
+            const float v = image_channel(&render->image, c)[i];
+            if (!(v >= 0 && v < HUGE_VALF))
+                fail_msg("%s, %s: channel %u of pixel %u is %g", name, job->algorithm, c, i, (double)v);
+        }
+}
+
+void hard_render(render_t *render, const char *name, const scene_t *scene, const hard_job_t *job)
+{
+    char json[512];
+    snprintf(json, sizeof json,
+             "{\"scene\":\"x\",\"film\":{\"width\":%u,\"height\":%u},\"algorithm\":\"%s\",\"max_path_length\":%u,"
+             "\"seed\":\"%llu\",\"stop\":{\"mutations_per_pixel\":%.17g}}",
+             job->side, job->side, job->algorithm, job->length, (unsigned long long)job->seed, job->work);
+    render_run(render, scene, json);
+    check_refused(render, name, job);
+}
+
+render_estimate_t hard_mean(const render_t *render, const hard_job_t *job)
+{
+    render_estimate_t mean = {0, 0};
+    const double pixels = (double)job->side * job->side;
+    for (uint32_t k = 1; k <= job->length; k++) {
+        const render_estimate_t b = render_length(render, k);
+        mean.value += b.value / pixels;
+        mean.error += b.error * b.error / (pixels * pixels);
+    }
+    mean.error = sqrt(mean.error);
+    return mean;
+}
+
+static const char *const algorithms[] = {"pt", "bdpt", "mmlt"};
+enum { ALGORITHMS = 3 };
+
+/* Chains cost less per mutation than samples of all lengths do: so much more of them. */
+static const double chain_work = 8;
+
+static hard_job_t job_of(hard_job_t job, int algorithm)
+{
+    job.algorithm = algorithms[algorithm];
+    if (algorithm == 2)
+        job.work *= chain_work;
+    return job;
+}
+
+void hard_expect_mean(const char *name, const scene_t *scene, hard_job_t base, double expected, double slack)
+{
+    print_message("%s: expected %.6f;", name, expected);
+    for (int a = 0; a < ALGORITHMS; a++) {
+        const hard_job_t job = job_of(base, a);
+        render_t render;
+        hard_render(&render, name, scene, &job);
+        const render_estimate_t mean = hard_mean(&render, &job);
+        print_message(" %s %.6f +- %.1g", job.algorithm, mean.value, mean.error);
+        if (!(fabs(mean.value - expected) <= HARD_Z * mean.error + slack * expected))
+            fail_msg("%s, %s: mean %.9g +- %.3g, expected %.9g", name, job.algorithm, mean.value, mean.error,
+                     expected);
+        render_clear(&render);
+    }
+    print_message("\n");
+}
+
+void hard_expect_furnace(const char *name, const scene_t *scene, hard_job_t base, double albedo, double emission)
+{
+    print_message("%s: largest |z| of b_k", name);
+    for (int a = 0; a < ALGORITHMS; a++) {
+        const hard_job_t job = job_of(base, a);
+        render_t render;
+        hard_render(&render, name, scene, &job);
+        double worst = 0;
+        for (uint32_t k = 1; k <= job.length; k++) {
+            const double want = (double)job.side * job.side * emission * pow(albedo, k - 1);
+            const render_estimate_t b = render_length(&render, k);
+            worst = fmax(worst, fabs(b.value - want) / (b.error + 1e-9 * want));
+            /* 1e-7: emission and albedo in single precision, k times */
+            if (!(fabs(b.value - want) <= HARD_Z * b.error + 1e-7 * k * want))
+                fail_msg("%s, %s: b_%u = %.9g +- %.3g, expected %.9g", name, job.algorithm, k, b.value, b.error,
+                         want);
+        }
+        const render_estimate_t mean = hard_mean(&render, &job);
+        print_message(", %s %.2f (mean %.5f)", job.algorithm, worst, mean.value);
+        render_clear(&render);
+    }
+    print_message("\n");
+}
+
+/* ---- algorithms against each other ---- */
+
+enum { SEEDS = 20, REGIONS = 5 };
+
+/* False alarms: 1e-6 in a run of at most 40 scenes, 2 comparisons, 5 regions, two sides. */
+static const double alarm = 1e-6 / (40 * 2 * REGIONS * 2);
+
+typedef struct regions {
+    double sum[REGIONS], sum2[REGIONS];
+} regions_t;
+
+static void add_image(regions_t *regions, const image_t *image, uint32_t side)
+{
+    double means[REGIONS] = {0};
+    for (uint32_t y = 0; y < side; y++)
+        for (uint32_t x = 0; x < side; x++) {
+            const uint32_t p = y * side + x;
+            const double v =
+                rgb_luminance(rgb((double)image_channel(image, 0)[p], (double)image_channel(image, 1)[p],
+                                  (double)image_channel(image, 2)[p]));
+            means[2 * (2 * y / side) + 2 * x / side] += v;
+            means[REGIONS - 1] += v;
+        }
+    for (int i = 0; i < REGIONS; i++) {
+        regions->sum[i] += means[i];
+        regions->sum2[i] += means[i] * means[i];
+    }
+}
+
+static void run_seeds(const char *name, const scene_t *scene, hard_job_t job, regions_t *regions)
+{
+    *regions = (regions_t){0};
+    for (int seed = 1; seed <= SEEDS; seed++) {
+        job.seed = (uint64_t)seed;
+        render_t render;
+        hard_render(&render, name, scene, &job);
+        add_image(regions, &render.image, job.side);
+        render_clear(&render);
+    }
+}
+
+static void compare(const char *name, const char *algorithm, const regions_t *a, const regions_t *b)
+{
+    const double most = gsl_cdf_tdist_Qinv(alarm, SEEDS - 1); /* Welch's degrees are at least so many */
+    double worst = 0, whole = 0, error = 0;
+    for (int i = 0; i < REGIONS; i++) {
+        const double ma = a->sum[i] / SEEDS, mb = b->sum[i] / SEEDS;
+        const double va = fmax(0, (a->sum2[i] / SEEDS - ma * ma) / (SEEDS - 1)),
+                     vb = fmax(0, (b->sum2[i] / SEEDS - mb * mb) / (SEEDS - 1));
+        const double t = (ma - mb) / sqrt(va + vb + 1e-14 * mb * mb); /* images are in single precision */
+        worst = fmax(worst, fabs(t));
+        whole = ma / mb;
+        error = sqrt(va + vb) / mb;
+        if (!(fabs(t) <= most))
+            fail_msg("%s, %s against bdpt: region %d is %g +- %g, expected %g +- %g: t = %.1f", name, algorithm, i,
+                     ma, sqrt(va), mb, sqrt(vb), t);
+    }
+    print_message("%s, %s against bdpt: largest |t| %.2f of %.2f, brightness %.4f +- %.4f\n", name, algorithm,
+                  worst, most, whole, error);
+}
+
+void hard_agree(const char *name, const scene_t *scene, hard_job_t base)
+{
+    regions_t regions[ALGORITHMS];
+    for (int a = 0; a < ALGORITHMS; a++)
+        run_seeds(name, scene, job_of(base, a), &regions[a]);
+    compare(name, "pt", &regions[0], &regions[1]);
+    compare(name, "mmlt", &regions[2], &regions[1]);
+}
+
+/* ---- the target ---- */
+
+/* The condition of a path, in units of 2^-52: directions recomputed from positions are off by d = largest
+ * coordinate / distance, which changes a cosine by d relative to the cosine, and the value of a lobe of width alpha
+ * by d / alpha (a half vector of length h: d / (alpha h); materials.md). */
+static double lobe_condition(const path_vertex_t *v)
+{
+    double worst = 0;
+    for (uint32_t l = 0; v->bsdf && l < v->bsdf->count; l++) {
+        const bsdf_lobe_t *lobe = &v->bsdf->lobes[l];
+        if (lobe->kind == BSDF_DIFFUSE || lobe->kind == BSDF_DIFFUSE_TRANSMIT || lobe->kind == BSDF_COATED_BASE ||
+            BSDF_KIND_IS_SPECULAR(lobe->kind))
+            continue;
+        const double half = lobe->kind == BSDF_DIELECTRIC ? fmin(1, fabs(lobe->eta - 1)) : 1;
+        worst = fmax(worst, 1 / (fmin(lobe->alpha_u, lobe->alpha_v) * half));
+    }
+    return worst;
+}
+
+static double end_condition(const path_vertex_t *v, vec3_t w)
+{
+    const double g = v->kind == PATH_SURFACE ? fabs(vec3_dot(v->ng, w)) : 1;
+    const double s = v->bsdf ? fabs(vec3_dot(v->frame.n, w)) : 1;
+    return 1 / g + 1 / s + lobe_condition(v);
+}
+
+static double path_condition(const path_space_t *space, uint32_t s, uint32_t t)
+{
+    const path_vertex_t *x[PATH_MAX_VERTICES];
+    double sum = 8;
+    for (uint32_t i = 0; i < s + t; i++)
+        x[i] = i < s ? &space->light[i] : &space->camera[s + t - 1 - i];
+    for (uint32_t i = 0; i + 1 < s + t; i++) {
+        if (x[i]->kind == PATH_INFINITE)
+            continue;
+        const vec3_t d = vec3_sub(x[i + 1]->position, x[i]->position);
+        const double length = vec3_length(d);
+        const double off = fmax(1, fmax(vec3_max_abs(x[i]->position), vec3_max_abs(x[i + 1]->position)) / length);
+        sum += off * (end_condition(x[i], vec3_scale(d, 1 / length)) +
+                      end_condition(x[i + 1], vec3_scale(d, 1 / length)));
+    }
+    return sum;
+}
+
+/* Rounding errors per unit of condition. A hit that rounding put outside its triangle is moved to the edge by at
+ * most 2^-20 of the coordinates: few paths, held to a tolerance that is larger in proportion. */
+static const double roundings = 16, edge = 0x1p32;
+static const double share_at_edges = 2e-3;
+
+typedef struct tally {
+    uint32_t compared, off;
+    double worst, worst_condition;
+} tally_t;
+
+static bool make_path(const path_scene_t *ps, path_space_t *space, const target_t *target, uint32_t s, uint64_t key,
+                      const hard_invariance_t *options, path_value_t *value)
+{
+    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];
+    for (uint32_t i = 0; i < target->camera_count; i++)
+        camera[i] = random_double(key, i);
+    for (uint32_t i = 0; i < target->light_count; i++)
+        light[i] = random_double(key, 1000 + i);
+    if (options->spoil) {
+        options->spoil(camera + 2, target->camera_count - 2, random_u64(key, 2000));
+        options->spoil(light, target->light_count, random_u64(key, 2001));
+    }
+    const uint32_t t = target->length + 1 - s;
+    return path_walk_camera(ps, space, camera, t) == t && (s == 0 || path_walk_light(ps, space, light, s) == s) &&
+           path_connect(ps, space, s, t, NULL, &target->techniques, value);
+}
+
+static void compare_path(const char *name, const path_scene_t *ps, path_space_t *space, const target_t *target,
+                         uint32_t s, uint64_t key, const hard_invariance_t *options, tally_t *tally)
+{
+    path_value_t value;
+    const uint32_t t = target->length + 1 - s;
+    if (!make_path(ps, space, target, s, key, options, &value))
+        return;
+    reference_t reference;
+    reference_evaluate(ps, space, s, t, &target->techniques, &reference);
+    if (!reference.valid || !(reference.p[s] > 0))
+        fail_msg("%s, length %u, s = %u: a path that by definition cannot be made", name, target->length, s);
+    const double condition = path_condition(space, s, t) * 0x1p-52;
+    const double found[3] = {value.value.r, value.value.g, value.value.b};
+    bool off = false;
+    for (int c = 0; c < 3; c++) {
+        const double expected = (double)(reference.f[c] / reference.sum);
+        if (expected == 0 && found[c] == 0)
+            continue;
+        assert_true(isfinite(found[c]) && found[c] >= 0);
+        const double error = fabs(found[c] - expected) / fmax(fabs(found[c]), fabs(expected));
+        off |= !(error <= roundings * condition);
+        tally->worst = fmax(tally->worst, error);
+        if (error <= roundings * condition)
+            tally->worst_condition = fmax(tally->worst_condition, error / condition);
+        if (!(error <= fmin(0.5, edge * condition)))
+            fail_msg("%s, length %u, s = %u: channel %d is %.12g, by definition %.12g; condition %g", name,
+                     target->length, s, c, found[c], expected, condition);
+    }
+    tally->off += off;
+    tally->compared++;
+}
+
+void hard_expect_invariance(const char *name, const scene_t *scene, const hard_invariance_t *options)
+{
+    fault_t fault = {0};
+    path_scene_t ps;
+    if (path_scene_init(&ps, scene, scene->camera, 0, 0, &fault))
+        fail_msg("%s: %s", name, fault.text);
+    path_space_t *space = calloc(1, sizeof *space);
+    settings_t settings;
+    settings_default(&settings);
+    tally_t tally = {0};
+    for (uint32_t k = options->shortest; k <= options->longest; k++) {
+        target_t target;
+        target_init(&target, &ps, &settings, k);
+        for (uint32_t i = 0; i < options->paths && target.count > 0; i++)
+            compare_path(name, &ps, space, &target, target.list[i % target.count],
+                         random_key(7, RANDOM_PURPOSE_TEST, k, i), options, &tally);
+    }
+    print_message(
+        "%s: %u paths, %u at edges, worst %.2g relative, %.2g of the rounding its condition allows; refused "
+        "%llu %llu %llu %llu\n",
+        name, tally.compared, tally.off, tally.worst, tally.worst_condition / roundings,
+        (unsigned long long)space->rejects[0], (unsigned long long)space->rejects[1],
+        (unsigned long long)space->rejects[2], (unsigned long long)space->rejects[3]);
+    assert_true(tally.compared >= options->least);
+    assert_true(tally.off <= 1 + share_at_edges * tally.compared);
+    for (int i = 0; i < PATH_REJECTS; i++)
+        assert_true(space->rejects[i] <= refused_most * tally.compared);
+    free(space);
+    path_scene_clear(&ps);
+}
+
+double hard_leaks(const scene_t *scene, uint32_t walks, uint32_t length)
+{
+    fault_t fault = {0};
+    path_scene_t ps;
+    if (path_scene_init(&ps, scene, scene->camera, 0, 0, &fault))
+        fail_msg("%s", fault.text);
+    path_space_t *space = calloc(1, sizeof *space);
+    double u[PATH_MAX_DIMENSIONS];
+    uint64_t leaks = 0, segments = 0;
+    for (uint32_t i = 0; i < walks; i++) {
+        const uint64_t key = random_key(9, RANDOM_PURPOSE_TEST, length, i);
+        for (uint32_t d = 0; d < path_camera_dimensions(&ps, length + 1); d++)
+            u[d] = random_double(key, d);
+        const uint32_t vertices = path_walk_camera(&ps, space, u, length + 1);
+        segments += vertices;
+        leaks += vertices <= length;
+    }
+    free(space);
+    path_scene_clear(&ps);
+    return (double)leaks / (double)segments;
+}
