@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "master/server_internal.h"
 
+enum { PAUSE_FAILURES = 3 };
 static const double pause_min = 1, pause_max = 30; /* seconds without work after a failure, doubling */
 
 static void send_ack(server_t *server, const peer_t *peer, const message_lease_t *lease, message_ack_t outcome)
@@ -24,12 +25,16 @@ void serve_ack(void *context, uint64_t session, const message_lease_t *lease, me
         send_ack(server, peer, lease, outcome);
 }
 
+/* A worker that fails again and again without a success between is given less and less to spoil. One or two
+ * failures in a row may well be a job's own fault. */
 static void note_failure(peer_t *peer, double now)
 {
     peer->units_failed++;
-    const uint32_t doublings = peer->failures_in_row < 8 ? peer->failures_in_row : 8;
-    peer->paused_until = now + fmin(pause_max, pause_min * (double)(1u << doublings));
     peer->failures_in_row++;
+    if (peer->failures_in_row < PAUSE_FAILURES)
+        return;
+    const uint32_t doublings = peer->failures_in_row - PAUSE_FAILURES;
+    peer->paused_until = now + fmin(pause_max, pause_min * (double)(1u << (doublings < 8 ? doublings : 8)));
 }
 
 static void take_result(server_t *server, peer_t *peer, const message_result_t *result, double now)
