@@ -23,15 +23,24 @@ void target_init(target_t *target, const path_scene_t *scene, const settings_t *
     }
 }
 
+static bool target_walk_light(const path_scene_t *scene, path_space_t *space, const double *light, uint32_t s)
+{
+    return path_walk_light(scene, space, light, s) == s && path_can_join(&space->light[s - 1]);
+}
+
 void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
                  target_value_t *out)
 {
     const uint32_t t = target->length + 1 - s;
     path_value_t value;
     out->c = 0;
-    if (path_walk_camera(target->scene, space, camera, t) < t)
+    /* The shorter walk first: where it ends on nothing that can be joined the longer one is not traced. */
+    const bool light_first = s > 0 && s < t;
+    if (light_first && !target_walk_light(target->scene, space, light, s))
         return;
-    if (s > 0 && path_walk_light(target->scene, space, light, s) < s)
+    if (path_walk_camera(target->scene, space, camera, t) < t || (s > 0 && !path_can_join(&space->camera[t - 1])))
+        return;
+    if (s > 0 && !light_first && !target_walk_light(target->scene, space, light, s))
         return;
     if (!path_connect(target->scene, space, s, t, NULL, &target->techniques, &value))
         return;

@@ -43,4 +43,11 @@ typedef struct path_vertex {
     uint8_t pad;
 } path_vertex_t;
 
+/* Whether the vertex can end a walk that is joined to another: it is on a lens or a light, or scatters not only
+ * specularly. */
+static inline bool path_can_join(const path_vertex_t *v)
+{
+    return v->kind != PATH_SURFACE || (v->bsdf && (v->bsdf->flags & BSDF_HAS_SMOOTH));
+}
+
 #endif
