@@ -207,7 +207,7 @@ static fault_code_t set_up(run_t *run, fault_t *fault)
     free(data);
     TRY(code);
     TRY(run_open_journal(run, fault));
-    run->setup_seconds = clock_now() - began;
+    run->setup_took = clock_now() - began;
     return FAULT_NONE;
 }
 
@@ -309,6 +309,8 @@ static void end_setup(run_t *run, double now)
         run_fail(run, run->task_fault.text);
         return;
     }
+    run->setup_seconds = run->setup_took;
+    run->seconds = run->replayed_seconds;
     run->last_tick = run->last_snapshot = run->last_sync = now;
     run_note_progress(run);
     run_set_state(run, RUN_RUNNING);

@@ -47,6 +47,7 @@ struct run {
 
     /* the clock: seconds counts from the first unit on while a worker is connected */
     double seconds, last_tick, setup_seconds, pilot_seconds;
+    double replayed_seconds, setup_took; /* written by the thread, taken over at its end */
     bool clock_runs;
     plan_progress_t progress; /* the latest; stopped_by points into stopped_by below */
     char stopped_by[64];

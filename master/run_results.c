@@ -85,7 +85,7 @@ void run_return(run_t *run, const message_lease_t *lease)
 
 size_t run_leases(const run_t *run)
 {
-    return run->ledger && run->state == RUN_RUNNING ? ledger_leases(run->ledger) : 0;
+    return run->state == RUN_RUNNING ? ledger_leases(run->ledger) : 0;
 }
 
 /* ---- results in ---- */
@@ -340,7 +340,7 @@ fault_code_t run_read_snapshot(run_t *run, uint8_t **data, size_t *size, size_t 
         return end;
     }
     *offset = SNAPSHOT_HEADER;
-    run->seconds = seconds;
+    run->replayed_seconds = seconds;
     run->restored = true;
     return FAULT_NONE;
 }
@@ -351,8 +351,8 @@ static fault_code_t replay(void *context, uint64_t unit, double seconds, const u
     run_t *run = context;
     plan_absorbed_t how = PLAN_UNKNOWN;
     run->restored = true;
-    if (seconds > run->seconds && isfinite(seconds))
-        run->seconds = seconds;
+    if (seconds > run->replayed_seconds && isfinite(seconds))
+        run->replayed_seconds = seconds;
     TRY(plan_absorb(run->plan, unit, data, size, &how, fault));
     uint64_t limit = UINT64_MAX;
     if (how == PLAN_UNKNOWN && run_draw_until(run, unit, &limit, fault))
