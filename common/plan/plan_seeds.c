@@ -23,7 +23,9 @@ uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain)
     const uint64_t key = random_key(plan->settings.seed, RANDOM_PURPOSE_RESAMPLE, k, 0);
     /* frac(xi + j phi) in 64-bit fixed point: wraps exactly */
     const uint64_t place = random_u64(key, 0) + chain * RANDOM_GAMMA; /* 2^64 / golden ratio */
-    const double at = random_double_of(place) * length->weights[length->candidates - 1];
+    const double total = length->weights[length->candidates - 1];
+    const double at =
+        fmin(random_double_of(place) * total, nextafter(total, 0)); /* below it, even if it is denormal */
     uint64_t low = 0, high = length->candidates - 1; /* the first candidate whose running sum exceeds `at` */
     while (low < high) {
         const uint64_t middle = (low + high) / 2;
