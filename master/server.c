@@ -81,7 +81,7 @@ void server_stop(server_t *server)
 {
     const int error = errno;
     const uint64_t one = 1;
-    server->stop = 1;
+    atomic_store(&server->stop, true);
     const ssize_t written = write(server->wake_fd, &one, sizeof one);
     (void)written; /* full: the loop is awake already */
     errno = error;
@@ -315,7 +315,7 @@ static fault_code_t close_down(server_t *server, fault_t *fault)
 fault_code_t server_run(server_t *server, fault_t *fault)
 {
     int wait = 0;
-    while (!server->stop) {
+    while (!atomic_load(&server->stop)) {
         bool woken = false;
         TRY(transport_wait(server->transport, server->wake_fd, wait, &woken, fault));
         uint64_t count;

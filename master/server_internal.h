@@ -3,7 +3,7 @@
 #ifndef MASTER_SERVER_INTERNAL_H
 #define MASTER_SERVER_INTERNAL_H
 
-#include <signal.h>
+#include <stdatomic.h>
 
 #include "master/job_table.h"
 #include "master/peers.h"
@@ -16,7 +16,7 @@ struct server {
     peers_t *peers;
     transport_t *transport;
     int wake_fd; /* eventfd: a job's thread has ended, or server_stop */
-    volatile sig_atomic_t stop;
+    atomic_bool stop; /* lock-free: set by signal handlers and other threads */
     double began, heartbeat, lease; /* seconds */
     double next_care, next_progress;
     size_t turn;    /* of workers */
