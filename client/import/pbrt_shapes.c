@@ -188,7 +188,7 @@ static fault_code_t read_phi_max(pbrt_state_t *state, pbrt_params_t *params, dou
 
 static fault_code_t make_sphere(pbrt_state_t *state, pbrt_params_t *params, geometry_t *out)
 {
-    double radius = 1, phi_max;
+    double radius = 1, phi_max = 360;
     TRY(read_radius(state, params, &radius));
     double z_min = -radius, z_max = radius;
     TRY(read_size(state, params, "zmin", -LARGEST_SIZE, &z_min));
@@ -207,7 +207,7 @@ static fault_code_t make_sphere(pbrt_state_t *state, pbrt_params_t *params, geom
 
 static fault_code_t make_disk(pbrt_state_t *state, pbrt_params_t *params, geometry_t *out)
 {
-    double radius = 1, height = 0, inner = 0, phi_max;
+    double radius = 1, height = 0, inner = 0, phi_max = 360;
     TRY(read_radius(state, params, &radius));
     TRY(read_size(state, params, "height", -LARGEST_SIZE, &height));
     TRY(read_size(state, params, "innerradius", 0, &inner));
@@ -224,7 +224,7 @@ static fault_code_t make_disk(pbrt_state_t *state, pbrt_params_t *params, geomet
 
 static fault_code_t make_cylinder(pbrt_state_t *state, pbrt_params_t *params, geometry_t *out)
 {
-    double radius = 1, z_min = -1, z_max = 1, phi_max;
+    double radius = 1, z_min = -1, z_max = 1, phi_max = 360;
     TRY(read_radius(state, params, &radius));
     TRY(read_size(state, params, "zmin", -LARGEST_SIZE, &z_min));
     TRY(read_size(state, params, "zmax", -LARGEST_SIZE, &z_max));

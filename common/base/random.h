@@ -29,7 +29,8 @@ typedef enum random_purpose {
     RANDOM_PURPOSE_SAMPLES = 3,  /* independent samples of pt and bdpt */
     RANDOM_PURPOSE_RESAMPLE = 4, /* the offset of systematic resampling */
     RANDOM_PURPOSE_FEATURES = 5, /* albedo, normal and depth layers */
-    RANDOM_PURPOSE_TEST = 6
+    RANDOM_PURPOSE_REFINE = 6,   /* samples that refine b_k */
+    RANDOM_PURPOSE_TEST = 7
 } random_purpose_t;
 
 /* The key of a family of streams; each word passes through the mixer, so that neighbouring values share nothing. */

@@ -108,8 +108,11 @@ static fault_code_t chain_run(chain_t *chain, uint64_t candidate, uint64_t mutat
                               work_stats_t *stats, fault_t *fault)
 {
     const target_t *target = chain->target;
-    chain->s = unit_candidate(chain->space, target, candidate, chain->camera, chain->light);
-    target_eval(target, &chain->space->path, chain->s, chain->camera, chain->light, &chain->current);
+    const bool found =
+        unit_seed(chain->space, target, candidate, random_double(chain->key, UNIT_DRAW_SEED), &chain->s);
+    chain->current.c = 0;
+    if (found)
+        target_eval(target, &chain->space->path, chain->s, chain->camera, chain->light, &chain->current);
     if (!(chain->current.c > 0))
         return fault_set(fault, FAULT_RANGE,
                          "seed %llu of length %u carries no light: it is not of this scene's pilot",

@@ -1,38 +1,73 @@
-/* pilot.c: independent candidates of one path length: estimates of b_k and of the techniques' shares, and seeds. */
-#include "chain/unit.h"
+/* pilot.c: candidates for the seeds of chains, and estimates of b_k and of the techniques' shares.
+ *
+ * A candidate is an independent bidirectional sample of all lengths. Its weight for length k is the sum of C_s over
+ * the techniques s: the mean of the weights is b_k. A chain that starts from the candidate takes technique s with
+ * probability C_s / sum, and the numbers of the sample's walks: its state is then distributed in proportion to C.
+ */
+#include "chain/sampler.h"
 
-uint32_t unit_candidate(const work_space_t *space, const target_t *target, uint64_t index, double *camera,
-                        double *light)
+static uint64_t pilot_key(const renderer_t *renderer, uint64_t index)
 {
-    const uint64_t key = random_key(space->renderer->settings.seed, RANDOM_PURPOSE_PILOT, target->length, index);
-    kernel_draw(key, UNIT_DRAW_CAMERA, camera, target->camera_count);
-    kernel_draw(key, UNIT_DRAW_LIGHT, light, target->light_count);
-    return target->list[(uint32_t)(random_double(key, UNIT_DRAW_TECHNIQUE) * target->count)];
+    return random_key(renderer->settings.seed, RANDOM_PURPOSE_PILOT, 0, index);
+}
+
+bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique)
+{
+    double totals[PATH_MAX_VERTICES], by_technique[PATH_MAX_VERTICES] = {0};
+    const uint64_t key = pilot_key(space->renderer, candidate);
+    sampler_t sampler = {.space = space,
+                         .renderer = space->renderer,
+                         .totals = totals,
+                         .by_technique = by_technique,
+                         .only = target->length};
+    sampler_run(&sampler, key, -1);
+    double left = place * totals[target->length];
+    uint32_t chosen = PATH_MAX_VERTICES;
+    for (uint32_t s = 0; s <= target->length; s++) {
+        if (!(by_technique[s] > 0))
+            continue;
+        chosen = s;
+        if (left < by_technique[s])
+            break;
+        left -= by_technique[s];
+    }
+    if (chosen == 1) /* the point on the light was a number of its own */
+        sampler_next_event(key, target->length, space->light);
+    *technique = chosen;
+    return chosen < PATH_MAX_VERTICES;
+}
+
+static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, random_purpose_t purpose,
+                              double *weights, const atomic_bool *cancel, work_result_t *result, fault_t *fault)
+{
+    const settings_t *settings = &space->renderer->settings;
+    const uint32_t K = settings->max_path_length;
+    double totals[PATH_MAX_VERTICES];
+    sampler_t sampler = {.space = space, .renderer = space->renderer, .totals = totals, .moments = space->moments};
+    for (uint64_t i = 0; i < record->count; i++) {
+        if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
+            return fault_set(fault, FAULT_CANCELLED, "cancelled");
+        sampler_run(&sampler, random_key(settings->seed, purpose, 0, record->first + i), -1);
+        for (uint32_t k = 1; weights && k <= K; k++)
+            weights[i * K + k - 1] = totals[k];
+    }
+    result->moment_count = work_samples_moment(K + 1);
+    for (uint32_t i = 0; i < result->moment_count; i++)
+        space->moments[i].n = (double)record->count;
+    result->stats.evaluations = record->count;
+    return FAULT_NONE;
 }
 
 fault_code_t unit_pilot(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                         work_result_t *result, fault_t *fault)
 {
-    const target_t *target = &space->renderer->targets[record->length];
-    for (uint64_t i = 0; i < record->count; i++) {
-        if ((i & 255) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
-            return fault_set(fault, FAULT_CANCELLED, "cancelled");
-        space->weights[i] = 0;
-        if (target->count == 0)
-            continue;
-        const uint32_t s = unit_candidate(space, target, record->first + i, space->camera, space->light);
-        target_value_t value;
-        target_eval(target, &space->path, s, space->camera, space->light, &value);
-        const double weight = value.c * target->count;
-        space->weights[i] = weight;
-        unit_moment(&space->moments[0], weight);
-        unit_moment(&space->moments[1 + s], weight);
-    }
-    result->moment_count = record->length + 2;
-    for (uint32_t i = 0; i < result->moment_count; i++)
-        space->moments[i].n = (double)record->count;
     result->weights = space->weights;
-    result->weight_count = (uint32_t)record->count;
-    result->stats.evaluations = record->count;
-    return FAULT_NONE;
+    result->weight_count = (uint32_t)record->count * space->renderer->settings.max_path_length;
+    return pilot_run(space, record, RANDOM_PURPOSE_PILOT, space->weights, cancel, result, fault);
+}
+
+fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                         work_result_t *result, fault_t *fault)
+{
+    return pilot_run(space, record, RANDOM_PURPOSE_REFINE, NULL, cancel, result, fault);
 }

@@ -22,8 +22,8 @@ struct work_space {
     film_t film;                                                            /* made when first needed */
     work_moments_t *moments; /* room for every length and technique */
     uint32_t moment_room;
-    double *weights; /* room for WORK_MAX_CANDIDATES, grown when needed */
-    uint32_t weight_room;
+    double *weights; /* grown when needed */
+    size_t weight_room;
     float *features;
     size_t feature_room;
 };
@@ -38,10 +38,12 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
 fault_code_t unit_features(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                            work_result_t *result, fault_t *fault);
 
-/* Candidate `index` of length k: its technique and all of its numbers, as a pilot draws them and a seed repeats
- * them. */
-uint32_t unit_candidate(const work_space_t *space, const target_t *target, uint64_t index, double *camera,
-                        double *light);
+fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                         work_result_t *result, fault_t *fault);
+
+/* Makes a pilot's candidate again as the state of a chain of the target's length: its numbers into space->camera
+ * and space->light, its technique by `place` in [0,1). False if the candidate carries nothing of that length. */
+bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique);
 
 /* The film of the space, zeroed. */
 fault_code_t unit_film(work_space_t *space, fault_t *fault);
@@ -58,6 +60,7 @@ enum {
     UNIT_DRAW_ACCEPT = 1,
     UNIT_DRAW_TECHNIQUE = 2,
     UNIT_DRAW_FILTER = 3, /* 4 of them: two splats */
+    UNIT_DRAW_SEED = 8,   /* the technique a chain starts with */
     UNIT_DRAW_CAMERA = 16,
     UNIT_DRAW_LIGHT = 1024,
     UNIT_DRAW_NEXT_EVENT = 2048 /* independent samples: 3 for each camera vertex */

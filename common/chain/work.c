@@ -133,8 +133,7 @@ fault_code_t unit_film(work_space_t *space, fault_t *fault)
 static fault_code_t work_check(const work_space_t *space, const work_record_t *record, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
-    const bool by_length = record->kind == WORK_PILOT || record->kind == WORK_CHAINS;
-    if (by_length && (record->length < 1 || record->length > settings->max_path_length))
+    if (record->kind == WORK_CHAINS && (record->length < 1 || record->length > settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 1 to %u", record->length,
                          settings->max_path_length);
     if (record->kind == WORK_CHAINS && space->renderer->targets[record->length].count == 0)
@@ -150,13 +149,15 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
 /* Room for what the record asks for. */
 static fault_code_t work_reserve(work_space_t *space, const work_record_t *record, fault_t *fault)
 {
-    if (record->kind == WORK_PILOT && record->count > space->weight_room) {
-        double *weights = realloc(space->weights, sizeof *weights * record->count);
-        if (!weights)
+    const size_t weights =
+        record->kind == WORK_PILOT ? record->count * space->renderer->settings.max_path_length : 0;
+    if (weights > space->weight_room) {
+        double *room = realloc(space->weights, sizeof *room * weights);
+        if (!room)
             return fault_set(fault, FAULT_MEMORY, "no memory for %llu candidates",
                              (unsigned long long)record->count);
-        space->weights = weights;
-        space->weight_room = (uint32_t)record->count;
+        space->weights = room;
+        space->weight_room = weights;
     }
     const size_t features = record->kind == WORK_FEATURES
                                 ? (size_t)WORK_FEATURE_CHANNELS * space->renderer->settings.width * record->count
@@ -176,10 +177,8 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
 {
     static fault_code_t (*const units[WORK_KINDS])(work_space_t *, const work_record_t *, const atomic_bool *,
                                                    work_result_t *, fault_t *) = {
-        [WORK_PILOT] = unit_pilot,
-        [WORK_CHAINS] = unit_chains,
-        [WORK_SAMPLES] = unit_samples,
-        [WORK_FEATURES] = unit_features,
+        [WORK_PILOT] = unit_pilot,       [WORK_CHAINS] = unit_chains, [WORK_SAMPLES] = unit_samples,
+        [WORK_FEATURES] = unit_features, [WORK_REFINE] = unit_refine,
     };
     if (record->kind >= WORK_KINDS || !units[record->kind])
         return fault_set(fault, FAULT_RANGE, "unit of unknown kind %u", record->kind);

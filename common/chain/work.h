@@ -36,24 +36,25 @@ const settings_t *renderer_settings(const renderer_t *renderer); /* with the sce
 size_t renderer_bytes(const renderer_t *renderer);
 
 typedef enum work_kind {
-    WORK_PILOT = 1,    /* independent candidates of one length: b_k, technique energies, seeds */
+    WORK_PILOT = 1,    /* candidates for seeds: independent samples of all lengths, with their weights */
     WORK_CHAINS = 2,   /* Markov chains of one length, each from its seed */
     WORK_SAMPLES = 3,  /* independent pt or bdpt samples of all lengths */
     WORK_FEATURES = 4, /* albedo, normal and depth of pixel rows */
+    WORK_REFINE = 5,   /* independent samples of all lengths for the estimates of b_k alone */
     WORK_KINDS
 } work_kind_t;
 
 enum {
     WORK_MAX_CHAINS = 65536,
-    WORK_MAX_CANDIDATES = 1 << 20,
+    WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
     WORK_FEATURE_CHANNELS = 7 /* albedo R,G,B, normal X,Y,Z, depth */
 };
 
 typedef struct work_record {
     uint32_t kind;      /* work_kind_t */
-    uint32_t length;    /* k: pilot and chains; else 0 */
-    uint64_t first;     /* pilot, samples: index of the first candidate or sample; chains: id of the first chain;
+    uint32_t length;    /* k: chains; else 0 */
+    uint64_t first;     /* pilot, refine, samples: index of the first sample; chains: id of the first chain;
                            features: first row */
     uint64_t count;     /* of candidates, samples, chains, or rows */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
@@ -96,12 +97,12 @@ typedef struct work_stats {
 typedef struct work_result {
     uint32_t kind, length;
     work_stats_t stats;
-    /* Estimators. Pilot and chains (their large steps) of length k: [0] the length's b_k (technique factor
-     * included), [1 + s] the part of technique s. Samples: for each length k = 1..K, 1 + (k+1) such entries in a
-     * row. */
+    /* Estimators. Chains (their large steps) of length k: [0] the length's b_k (technique factor included), [1 + s]
+     * the part of technique s. Pilot, refine, samples: for each length k = 1..K, 1 + (k+1) such entries in a row.
+     */
     uint32_t moment_count;
     work_moments_t *moments;
-    uint32_t weight_count; /* pilot: the target C of each candidate, times the number of techniques */
+    uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K */
     double *weights;
     bool has_film; /* chains, samples */
     film_t film;
@@ -109,7 +110,7 @@ typedef struct work_result {
     float *features;
 } work_result_t;
 
-/* Index of moments[] where length k starts, in a result of WORK_SAMPLES. */
+/* Index of moments[] where length k starts, in a result for all lengths. */
 static inline uint32_t work_samples_moment(uint32_t k)
 {
     return (k - 1) * (k + 4) / 2; /* sum over j < k of (j + 2) */

@@ -2,7 +2,7 @@
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; u64 seeds[count] for chains.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
- * sum2); then by kind: pilot u32 weight_count and packed doubles; chains and samples a film; features packed
+ * sum2); then by kind: pilot packed doubles; chains and samples a film; features packed
  * floats. Packed: u32 size and that many octets of zstd. All little endian.
  */
 #include <stdlib.h>
@@ -64,7 +64,8 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
     static const uint64_t most[WORK_KINDS] = {[WORK_PILOT] = WORK_MAX_CANDIDATES,
                                               [WORK_CHAINS] = WORK_MAX_CHAINS,
                                               [WORK_SAMPLES] = UINT64_C(1) << 40,
-                                              [WORK_FEATURES] = FILM_MAX_SIDE};
+                                              [WORK_FEATURES] = FILM_MAX_SIDE,
+                                              [WORK_REFINE] = UINT64_C(1) << 40};
     if (in->code)
         return in->code;
     if (r->kind == 0 || r->kind >= WORK_KINDS)
@@ -74,8 +75,7 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
                                 (unsigned long long)most[r->kind]);
     if (r->first > UINT64_MAX / 2)
         return wire_reader_fail(in, FAULT_RANGE, "first", "%llu is beyond 2^63", (unsigned long long)r->first);
-    const bool by_length = r->kind == WORK_PILOT || r->kind == WORK_CHAINS;
-    if (by_length ? r->length < 1 || r->length > PATH_MAX_LENGTH : r->length != 0)
+    if (r->kind == WORK_CHAINS ? r->length < 1 || r->length > PATH_MAX_LENGTH : r->length != 0)
         return wire_reader_fail(in, FAULT_RANGE, "length", "%u does not go with the kind", r->length);
     if (r->kind == WORK_CHAINS ? r->mutations < r->count || r->mutations > UINT64_C(1) << 40 : r->mutations != 0)
         return wire_reader_fail(in, FAULT_RANGE, "mutations", "%llu does not go with kind and count",
@@ -177,7 +177,7 @@ fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, siz
         TRY(pack(result->features,
                  sizeof *result->features * WORK_FEATURE_CHANNELS * result->feature_rows * result->feature_width,
                  &parts.packed, &parts.packed_size, fault));
-    else
+    else if (result->has_film)
         TRY(film_encode(&result->film, &parts.packed, &parts.packed_size, fault));
     const fault_code_t code = codec_encode(result_put, &parts, "unit result", data, size, fault);
     free(parts.packed);
@@ -263,7 +263,7 @@ static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t pack
 }
 
 static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, const work_record_t *record,
-                                    uint32_t width, uint32_t height, fault_t *fault)
+                                    uint32_t width, uint32_t height, uint32_t max_path_length, fault_t *fault)
 {
     size_t packed_size = 0;
     const uint8_t *packed = wire_get_bytes(in, "body", UINT32_MAX, &packed_size);
@@ -271,13 +271,13 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
         return in->code;
     if (record->kind == WORK_PILOT) {
         void *weights;
-        TRY(unpack(in, packed, packed_size, sizeof(double) * record->count, &weights, fault));
+        const uint32_t count = (uint32_t)record->count * max_path_length;
+        TRY(unpack(in, packed, packed_size, sizeof(double) * count, &weights, fault));
         result->weights = weights;
-        result->weight_count = (uint32_t)record->count;
-        for (uint64_t i = 0; i < record->count; i++)
+        result->weight_count = count;
+        for (uint32_t i = 0; i < count; i++)
             if (!(result->weights[i] >= 0) || !isfinite(result->weights[i]))
-                return wire_reader_fail(in, FAULT_RANGE, "body", "weight %llu is negative or not finite",
-                                        (unsigned long long)i);
+                return wire_reader_fail(in, FAULT_RANGE, "body", "weight %u is negative or not finite", i);
         return FAULT_NONE;
     }
     if (record->kind == WORK_FEATURES) {
@@ -292,6 +292,8 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
                 return wire_reader_fail(in, FAULT_RANGE, "body", "feature %zu is not finite", i);
         return FAULT_NONE;
     }
+    if (record->kind == WORK_REFINE)
+        return packed_size == 0 ? FAULT_NONE : wire_reader_fail(in, FAULT_FORMAT, "body", "is not empty");
     TRY(film_init(&result->film, width, height, fault));
     result->has_film = true;
     return film_decode(&result->film, packed, packed_size, fault);
@@ -312,14 +314,14 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
         return wire_reader_fail(&in, FAULT_FORMAT, "kind", "%u of length %u, expected %u of length %u",
                                 result->kind, result->length, record->kind, record->length);
     result_get_stats(&in, &result->stats);
-    const uint32_t moments = record->kind == WORK_FEATURES  ? 0
-                             : record->kind == WORK_SAMPLES ? work_samples_moment(max_path_length + 1)
-                                                            : record->length + 2;
+    const uint32_t moments = record->kind == WORK_FEATURES ? 0
+                             : record->kind == WORK_CHAINS ? record->length + 2
+                                                           : work_samples_moment(max_path_length + 1);
     fault_code_t code = result_get_moments(&in, result, moments, fault);
     if (!code)
         code = result_check_counts(&in, result, record);
     if (!code)
-        code = result_get_body(&in, result, record, width, height, fault);
+        code = result_get_body(&in, result, record, width, height, max_path_length, fault);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

@@ -40,10 +40,14 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     }
     plan_size_pilot(plan);
     for (uint32_t k = 1; k <= s->max_path_length && !code; k++) {
-        plan->lengths[k].weights = calloc(plan->lengths[k].candidates, sizeof(double));
+        plan->lengths[k].weights = calloc(plan->candidates, sizeof(double));
         if (!plan->lengths[k].weights)
             code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's candidates");
     }
+    plan->pilot_moments = calloc(plan->candidates / plan->pilot_unit * work_samples_moment(s->max_path_length + 1),
+                                 sizeof *plan->pilot_moments);
+    if (!plan->pilot_moments)
+        code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's estimates");
 cleanup:
     if (code)
         plan_destroy(&plan);
@@ -63,6 +67,7 @@ void plan_destroy(plan_t **out)
         film_clear(&plan->lengths[k].film);
     }
     free(plan->units);
+    free(plan->pilot_moments);
     free(plan->lengths);
     free(plan->squares);
     free(plan->features);
@@ -132,11 +137,22 @@ static void absorb_moments(plan_moments_t *to, const work_moments_t *from, doubl
     exact_add(&to->sum2, from->sum2, unit * unit);
 }
 
+/* Adds the estimators of all lengths from bidirectional samples. */
+static void absorb_all_moments(plan_t *plan, const work_moments_t *moments)
+{
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        for (uint32_t i = 0; i <= k + 1; i++)
+            absorb_moments(&plan->lengths[k].samples[i], &moments[work_samples_moment(k) + i], plan->b);
+}
+
 static void absorb_pilot(plan_t *plan, const work_record_t *record, const work_result_t *result)
 {
-    plan_length_t *length = &plan->lengths[record->length];
-    memcpy(length->weights + record->first, result->weights, sizeof(double) * record->count);
-    /* The pilot's sums have no unit yet: b_k comes from the weights themselves once all are in. */
+    const uint32_t K = plan->settings.max_path_length;
+    for (uint64_t i = 0; i < record->count; i++)
+        for (uint32_t k = 1; k <= K; k++)
+            plan->lengths[k].weights[record->first + i] = result->weights[i * K + k - 1];
+    memcpy(plan->pilot_moments + record->first / plan->pilot_unit * result->moment_count, result->moments,
+           sizeof *result->moments * result->moment_count);
 }
 
 static void absorb_features(plan_t *plan, const work_record_t *record, const work_result_t *result)
@@ -179,7 +195,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
     absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max,
                    (double)record->mutations / (double)length->unit_mutations);
     for (uint32_t i = 0; i < result->moment_count; i++)
-        absorb_moments(&length->moments[i], &result->moments[i], length->b);
+        absorb_moments(&length->large_steps[i], &result->moments[i], plan->b);
     for (int i = 0; i < WORK_MOVES; i++) {
         length->proposed[i] += result->stats.proposed[i];
         exact_add(&length->accepted[i], result->stats.accepted[i], 1);
@@ -199,11 +215,7 @@ static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, co
     plan_length_t *all = &plan->lengths[0];
     TRY(absorb_film(plan, all, result, fault));
     absorb_squares(plan, &result->film, 1, (double)record->count / (double)all->unit_mutations);
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
-        const work_moments_t *from = result->moments + work_samples_moment(k);
-        for (uint32_t i = 0; i <= k + 1; i++)
-            absorb_moments(&plan->lengths[k].moments[i], &from[i], plan->b);
-    }
+    absorb_all_moments(plan, result->moments);
     all->merged += record->count;
     all->units_in++;
     all->cpu_seconds += result->stats.cpu_seconds;
@@ -223,16 +235,12 @@ static void absorb_totals(plan_t *plan, const work_stats_t *stats)
 /* The pilot's estimate of b_k from its candidates, in their order; seeds are made ready. */
 static void pilot_finish_length(plan_t *plan, plan_length_t *length)
 {
-    double sum = 0, sum2 = 0;
-    for (uint64_t i = 0; i < length->candidates; i++) {
+    double sum = 0;
+    for (uint64_t i = 0; i < plan->candidates; i++)
         sum += length->weights[i];
-        sum2 += length->weights[i] * length->weights[i];
-    }
-    length->b = sum / (double)length->candidates;
-    if (length->b > 0 && plan_is_chains(plan))
-        absorb_moments(&length->moments[0], &(work_moments_t){(double)length->candidates, sum, sum2}, length->b);
+    length->b = sum / (double)plan->candidates;
     if (plan_is_chains(plan)) {
-        plan_prepare_seeds(length);
+        plan_prepare_seeds(plan, length);
     } else {
         free(length->weights);
         length->weights = NULL;
@@ -247,9 +255,16 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
     plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
     plan->error_next = plan->in + 16;
     const fault_code_t code = plan_size_render(plan, fault);
-    if (code)
+    if (code) {
         plan->stopped = true;
-    return code;
+        return code;
+    }
+    const uint32_t count = work_samples_moment(plan->settings.max_path_length + 1);
+    for (uint64_t i = 0; i < plan->candidates / plan->pilot_unit; i++)
+        absorb_all_moments(plan, plan->pilot_moments + i * count);
+    free(plan->pilot_moments);
+    plan->pilot_moments = NULL;
+    return FAULT_NONE;
 }
 
 fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
@@ -274,6 +289,9 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
         break;
     case WORK_FEATURES:
         absorb_features(plan, record, &result);
+        break;
+    case WORK_REFINE:
+        absorb_all_moments(plan, result.moments);
         break;
     case WORK_CHAINS:
         code = absorb_chains(plan, record, &result, fault);

@@ -4,14 +4,16 @@
 #include "plan/plan_state.h"
 
 enum {
-    PILOT_UNIT = 8192, /* candidates: some milliseconds */
-    PILOT_LEAST = 4096,
+    PILOT_UNIT = 8192, /* candidates: some ten milliseconds */
+    PILOT_LEAST = 2048,
     PILOT_USUAL = 1 << 17,
-    PILOT_MOST = 1 << 19,  /* candidates a length */
-    PILOT_SCALE = 8192,    /* candidates a length where only the scale is wanted: pt and bdpt */
+    PILOT_MOST = 1 << 19,
+    PILOT_SCALE = 4096,    /* candidates where only the scale is wanted: pt and bdpt */
+    SAMPLE_MUTATIONS = 10, /* mutations that cost as much as a bidirectional sample, about */
+    REFINE_PARTS = 20,     /* one part in so many of the work goes on refining b_k */
     CHAIN_USUAL = 1 << 14, /* mutations a chain */
     UNIT_LEAST = 1 << 14,
-    UNIT_SMALLEST = 1 << 18,
+    UNIT_SMALLEST = 1 << 19,
     UNIT_LARGEST = 1 << 23, /* mutations a unit */
     UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
     FEATURE_RAYS = 1 << 17  /* a unit */
@@ -31,43 +33,39 @@ void plan_size_pilot(plan_t *plan)
 {
     const settings_t *s = &plan->settings;
     const job_stop_t *stop = &plan->job.stop;
-    const double K = s->max_path_length;
     plan->mutations_total =
         stop->mutations_per_pixel > 0 ? ceil(stop->mutations_per_pixel * (double)plan->pixels) : 0;
     double candidates = PILOT_USUAL;
     if (!plan_is_chains(plan))
         candidates = PILOT_SCALE;
     else if (plan->mutations_total > 0) /* a tenth of the work */
-        candidates = plan->mutations_total / 10 / K;
-    else if (stop->seconds > 0) /* a tenth of the time of one worker, at a million a second */
-        candidates = stop->seconds * 1e5 / K;
+        candidates = plan->mutations_total / (10 * SAMPLE_MUTATIONS);
+    else if (stop->seconds > 0) /* a tenth of the time of one worker, at a hundred thousand a second */
+        candidates = stop->seconds * 1e4;
     if (candidates > PILOT_MOST)
         candidates = PILOT_MOST;
-    uint64_t count = at_least((uint64_t)candidates, PILOT_LEAST);
+    plan->candidates = at_least((uint64_t)candidates, PILOT_LEAST);
     if (s->pilot_samples > 0)
-        count = s->pilot_samples;
-    plan->pilot_unit_candidates = (uint32_t)at_most(count, PILOT_UNIT);
-    const uint64_t units = (count + plan->pilot_unit_candidates - 1) / plan->pilot_unit_candidates;
-    for (uint32_t k = 1; k <= s->max_path_length; k++)
-        plan->lengths[k].candidates = units * plan->pilot_unit_candidates;
+        plan->candidates = s->pilot_samples;
+    plan->pilot_unit = (uint32_t)at_most(plan->candidates, PILOT_UNIT);
+    const uint64_t units = (plan->candidates + plan->pilot_unit - 1) / plan->pilot_unit;
+    plan->candidates = units * plan->pilot_unit;
     plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
-    plan->pilot_units = units * s->max_path_length + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+    plan->pilot_units = units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
 }
 
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
-    const uint32_t K = plan->settings.max_path_length;
-    const uint64_t per_length = plan->lengths[1].candidates / plan->pilot_unit_candidates;
+    const uint64_t units = plan->candidates / plan->pilot_unit;
     *record = (work_record_t){0};
-    if (index < per_length * K) {
+    if (index < units) {
         record->kind = WORK_PILOT;
-        record->length = 1 + (uint32_t)(index % K);
-        record->first = index / K * plan->pilot_unit_candidates;
-        record->count = plan->pilot_unit_candidates;
+        record->first = index * plan->pilot_unit;
+        record->count = plan->pilot_unit;
         return FAULT_NONE;
     }
     record->kind = WORK_FEATURES;
-    record->first = (index - per_length * K) * plan->feature_rows;
+    record->first = (index - units) * plan->feature_rows;
     record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
     return FAULT_NONE;
 }
@@ -150,8 +148,8 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     if (!(plan->b > 0))
         return fault_set(
             fault, FAULT_NO_LIGHT,
-            "no light reaches the camera: none of %llu candidate paths of each length 1 to %u carries any",
-            (unsigned long long)plan->lengths[1].candidates, plan->settings.max_path_length);
+            "no light reaches the camera: none of %llu candidates carries any, over path lengths 1 to %u",
+            (unsigned long long)plan->candidates, plan->settings.max_path_length);
     if (plan_is_chains(plan)) {
         budget_shares(plan);
         budget_total(plan);
@@ -166,12 +164,18 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     return FAULT_NONE;
 }
 
-/* The length that lags most behind its share. */
-static uint32_t budget_neediest(const plan_t *plan)
+static double budget_handed(const plan_t *plan)
 {
     double handed = 0;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         handed += (double)plan->lengths[k].handed;
+    return handed;
+}
+
+/* The length that lags most behind its share. */
+static uint32_t budget_neediest(const plan_t *plan)
+{
+    const double handed = budget_handed(plan);
     uint32_t neediest = 0;
     double need = -INFINITY;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -188,9 +192,22 @@ static uint32_t budget_neediest(const plan_t *plan)
     return neediest;
 }
 
+/* A unit that refines the estimates of b_k, when as much work is due for it. */
+static bool refine_record(plan_t *plan, work_record_t *record)
+{
+    const double due = budget_handed(plan) / (REFINE_PARTS * SAMPLE_MUTATIONS);
+    if (due < (double)(plan->refine_handed + PILOT_UNIT))
+        return false;
+    *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
+    plan->refine_handed += PILOT_UNIT;
+    return true;
+}
+
 bool plan_render_record(plan_t *plan, work_record_t *record)
 {
     *record = (work_record_t){0};
+    if (plan_is_chains(plan) && refine_record(plan, record))
+        return true;
     const uint32_t k = plan_is_chains(plan) ? budget_neediest(plan) : 0;
     plan_length_t *length = &plan->lengths[k];
     if (length->share == 0 || length->handed >= length->budget)

@@ -23,14 +23,33 @@ static double moments_mean(const plan_moments_t *moments, double unit, double *e
     return mean;
 }
 
-double plan_length_b(const plan_length_t *length, double *error)
+/* Two estimators of the same: bidirectional samples and large steps. A large step tries one of the length's
+ * techniques, a sample all of them, so a sample counts as so many large steps: weights fixed beforehand keep the
+ * mean unbiased. */
+static double estimate_join(const plan_t *plan, uint32_t k, uint32_t entry, double *error)
 {
-    return moments_mean(&length->moments[0], length->b, error);
+    const plan_length_t *length = &plan->lengths[k];
+    double e_samples, e_steps;
+    const double samples = moments_mean(&length->samples[entry], plan->b, &e_samples),
+                 steps = moments_mean(&length->large_steps[entry], plan->b, &e_steps);
+    const double w_samples = length->samples[entry].n * (k + 1), w_steps = length->large_steps[entry].n;
+    if (!(w_steps > 0)) {
+        *error = e_samples;
+        return samples;
+    }
+    const double total = w_samples + w_steps;
+    *error = hypot(w_samples * e_samples, w_steps * e_steps) / total;
+    return (w_samples * samples + w_steps * steps) / total;
 }
 
-double plan_technique_b(const plan_length_t *length, uint32_t s, double *error)
+double plan_length_b(const plan_t *plan, uint32_t k, double *error)
 {
-    return moments_mean(&length->moments[1 + s], length->b, error);
+    return estimate_join(plan, k, 0, error);
+}
+
+double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error)
+{
+    return estimate_join(plan, k, 1 + s, error);
 }
 
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
@@ -48,7 +67,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
             continue;
         const uint32_t i = pixels->count++;
         double b_error = 0;
-        const double b = k == 0 ? 1 / plan->scale : plan_length_b(length, &b_error);
+        const double b = k == 0 ? 1 / plan->scale : plan_length_b(plan, k, &b_error);
         const double c_k = k == 0 ? 1 : length->b / length->share / plan->weight_max;
         pixels->sums[i] = length->film.sums;
         pixels->factor[i] = b / ((double)length->merged * FILM_ONE);

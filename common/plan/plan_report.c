@@ -34,17 +34,14 @@ static json_t *report_length(const plan_t *plan, uint32_t k)
 {
     const plan_length_t *length = &plan->lengths[k];
     const bool chains = plan_is_chains(plan);
-    plan_length_t scaled = *length;
-    if (!chains)
-        scaled.b = plan->b; /* the unit of the samples' sums */
     json_t *object = json_new_object();
     json_add_number(object, "length", k);
     double error;
-    double b = plan_length_b(&scaled, &error);
+    double b = plan_length_b(plan, k, &error);
     json_add(object, "b", report_estimate(b, error));
     json_t *techniques = json_new_array();
     for (uint32_t s = 0; s <= k; s++) {
-        b = plan_technique_b(&scaled, s, &error);
+        b = plan_technique_b(plan, k, s, &error);
         json_t *technique = report_estimate(b, error);
         json_add_number(technique, "s", s);
         json_append(techniques, technique);
@@ -85,7 +82,9 @@ static json_t *report_rejects(const plan_t *plan)
 
 static json_t *report_rates(const plan_t *plan, double merged)
 {
-    const double render = plan->totals.cpu_seconds - plan->pilot_cpu_seconds;
+    double render = 0; /* of chains or samples alone */
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        render += plan->lengths[k].cpu_seconds;
     json_t *rates = json_new_object();
     json_add_number(rates, "mutations", merged);
     json_add_number(rates, "mutations_per_pixel", merged / (double)plan->pixels);
@@ -128,7 +127,8 @@ json_t *plan_report(const plan_t *plan)
         json_append(lengths, report_length(plan, k));
     json_add(root, "lengths", lengths);
     json_t *pilot = json_new_object();
-    json_add_number(pilot, "candidates_per_length", (double)plan->lengths[1].candidates);
+    json_add_number(pilot, "candidates", (double)plan->candidates);
+    json_add_number(pilot, "refining_samples", (double)plan->refine_handed);
     json_add(root, "pilot", pilot);
     json_add(root, "rejected", report_rejects(plan));
     return root;

@@ -11,7 +11,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 1 };
+enum { PLAN_SAVE_VERSION = 2 };
 
 /* ---- arrays ---- */
 
@@ -58,6 +58,23 @@ static void get_exact(wire_reader_t *in, exact_sum_t *sum)
     sum->value = (exact_int_t)((exact_uint_t)high << 64 | low);
 }
 
+static void put_moments(wire_writer_t *out, const plan_moments_t *moments)
+{
+    wire_put_f64(out, moments->n);
+    put_exact(out, &moments->sum);
+    put_exact(out, &moments->sum2);
+}
+
+static void get_moments(wire_reader_t *in, plan_moments_t *moments)
+{
+    moments->n = wire_get_f64(in, "moments");
+    get_exact(in, &moments->sum);
+    get_exact(in, &moments->sum2);
+    if (!in->code &&
+        (!(moments->n >= 0) || !isfinite(moments->n) || moments->sum.value < 0 || moments->sum2.value < 0))
+        wire_reader_fail(in, FAULT_RANGE, "moments", "are negative or not finite");
+}
+
 static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t k)
 {
     wire_put_f64(out, length->b);
@@ -71,9 +88,8 @@ static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t
         put_exact(out, &length->accepted[i]);
     }
     for (uint32_t i = 0; i <= k + 1; i++) {
-        wire_put_f64(out, length->moments[i].n);
-        put_exact(out, &length->moments[i].sum);
-        put_exact(out, &length->moments[i].sum2);
+        put_moments(out, &length->samples[i]);
+        put_moments(out, &length->large_steps[i]);
     }
 }
 
@@ -90,9 +106,8 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
         get_exact(in, &length->accepted[i]);
     }
     for (uint32_t i = 0; i <= k + 1; i++) {
-        length->moments[i].n = wire_get_f64(in, "moments");
-        get_exact(in, &length->moments[i].sum);
-        get_exact(in, &length->moments[i].sum2);
+        get_moments(in, &length->samples[i]);
+        get_moments(in, &length->large_steps[i]);
     }
     if (!in->code && (!(length->b >= 0) || !isfinite(length->b)))
         wire_reader_fail(in, FAULT_RANGE, "b", "%g", length->b);
@@ -101,11 +116,6 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
     for (int i = 0; i < WORK_MOVES && !in->code; i++)
         if (length->accepted[i].value < 0)
             wire_reader_fail(in, FAULT_RANGE, "accepted", "is negative");
-    for (uint32_t i = 0; i <= k + 1 && !in->code; i++) {
-        const plan_moments_t *m = &length->moments[i];
-        if (!(m->n >= 0) || !isfinite(m->n) || m->sum.value < 0 || m->sum2.value < 0)
-            wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u of length %u is negative or not finite", i, k);
-    }
 }
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
@@ -116,7 +126,7 @@ static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
     if (plan->phase != PLAN_RENDER || k == 0)
         b = 0;
     else if (plan_is_chains(plan))
-        b = length->weights[length->candidates - 1] / (double)length->candidates;
+        b = length->weights[plan->candidates - 1] / (double)plan->candidates;
     if (length->b != b)
         return wire_reader_fail(in, FAULT_RANGE, "b", "%g of length %u, expected %g", length->b, k, b);
     return FAULT_NONE;
@@ -165,7 +175,7 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
 typedef struct save_parts {
     const plan_t *plan;
     save_packed_t *weights, *films; /* [max_path_length + 1] */
-    save_packed_t squares, features;
+    save_packed_t squares, features, pilot_moments;
 } save_parts_t;
 
 static void put_plan(wire_writer_t *out, const save_parts_t *parts)
@@ -185,6 +195,14 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
     }
     wire_put_bytes(out, "squares", parts->squares.data, parts->squares.size, UINT32_MAX);
     wire_put_bytes(out, "features", parts->features.data, parts->features.size, UINT32_MAX);
+    wire_put_bytes(out, "pilot moments", parts->pilot_moments.data, parts->pilot_moments.size, UINT32_MAX);
+}
+
+/* Octets of the pilot units' estimators. */
+static size_t pilot_moments_size(const plan_t *plan)
+{
+    return plan->candidates / plan->pilot_unit * work_samples_moment(plan->settings.max_path_length + 1) *
+           sizeof *plan->pilot_moments;
 }
 
 static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault_t *fault)
@@ -192,10 +210,12 @@ static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
         const plan_length_t *length = &plan->lengths[k];
         if (length->weights)
-            TRY(save_pack(length->weights, sizeof(double) * length->candidates, &parts->weights[k], fault));
+            TRY(save_pack(length->weights, sizeof(double) * plan->candidates, &parts->weights[k], fault));
         if (length->film.sums)
             TRY(film_encode(&length->film, &parts->films[k].data, &parts->films[k].size, fault));
     }
+    if (plan->pilot_moments)
+        TRY(save_pack(plan->pilot_moments, pilot_moments_size(plan), &parts->pilot_moments, fault));
     TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
     return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features,
                      &parts->features, fault);
@@ -233,6 +253,7 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
     free(parts.films);
     free(parts.squares.data);
     free(parts.features.data);
+    free(parts.pilot_moments.data);
     if (code) {
         free(*data);
         *data = NULL;
@@ -241,6 +262,23 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
 }
 
 /* ---- restoring ---- */
+
+static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
+{
+    if (plan->phase == PLAN_RENDER) {
+        free(plan->pilot_moments);
+        plan->pilot_moments = NULL;
+        wire_get_bytes(in, "pilot moments", 0, &(size_t){0});
+        return in->code;
+    }
+    TRY(load_packed(in, "pilot moments", plan->pilot_moments, pilot_moments_size(plan)));
+    for (size_t i = 0; i < pilot_moments_size(plan) / sizeof *plan->pilot_moments; i++) {
+        const work_moments_t *m = &plan->pilot_moments[i];
+        if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
+            return wire_reader_fail(in, FAULT_RANGE, "pilot moments", "entry %zu is negative or not finite", i);
+    }
+    return FAULT_NONE;
+}
 
 static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
 {
@@ -255,10 +293,10 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
             length->weights = NULL;
         }
         if (length->weights)
-            TRY(load_packed(in, "weights", length->weights, sizeof(double) * length->candidates));
+            TRY(load_packed(in, "weights", length->weights, sizeof(double) * plan->candidates));
         else
             wire_get_bytes(in, "weights", 0, &(size_t){0});
-        for (uint64_t i = 0; length->weights && i < length->candidates; i++)
+        for (uint64_t i = 0; length->weights && i < plan->candidates; i++)
             if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) ||
                 !isfinite(length->weights[i]))
                 return wire_reader_fail(in, FAULT_RANGE, "weights", "candidate %llu", (unsigned long long)i);
@@ -280,6 +318,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     for (size_t i = 0; i < WORK_FEATURE_CHANNELS * plan->pixels; i++)
         if (!isfinite(plan->features[i]))
             return wire_reader_fail(in, FAULT_RANGE, "features", "number %zu is not finite", i);
+    TRY(load_pilot_moments(plan, in));
     return wire_reader_end(in);
 }
 

@@ -8,10 +8,10 @@
 #include "base/random.h"
 #include "plan/plan_state.h"
 
-void plan_prepare_seeds(plan_length_t *length)
+void plan_prepare_seeds(const plan_t *plan, plan_length_t *length)
 {
     double sum = 0;
-    for (uint64_t i = 0; i < length->candidates; i++) {
+    for (uint64_t i = 0; i < plan->candidates; i++) {
         sum += length->weights[i];
         length->weights[i] = sum;
     }
@@ -23,10 +23,10 @@ uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain)
     const uint64_t key = random_key(plan->settings.seed, RANDOM_PURPOSE_RESAMPLE, k, 0);
     /* frac(xi + j phi) in 64-bit fixed point: wraps exactly */
     const uint64_t place = random_u64(key, 0) + chain * RANDOM_GAMMA; /* 2^64 / golden ratio */
-    const double total = length->weights[length->candidates - 1];
+    const double total = length->weights[plan->candidates - 1];
     const double at =
         fmin(random_double_of(place) * total, nextafter(total, 0)); /* below it, even if it is denormal */
-    uint64_t low = 0, high = length->candidates - 1; /* the first candidate whose running sum exceeds `at` */
+    uint64_t low = 0, high = plan->candidates - 1; /* the first candidate whose running sum exceeds `at` */
     while (low < high) {
         const uint64_t middle = (low + high) / 2;
         if (length->weights[middle] > at)

@@ -23,10 +23,9 @@ typedef struct plan_moments {
 /* One path length. */
 typedef struct plan_length {
     /* pilot */
-    double *weights; /* of its candidates; after the pilot their running sum */
-    uint64_t candidates;
-    double b;     /* the pilot's estimate: the unit of everything after */
-    double share; /* of the mutations; 0: nothing to render */
+    double *weights; /* of the candidates; after the pilot their running sum */
+    double b;        /* the pilot's estimate */
+    double share;    /* of the mutations; 0: nothing to render */
     /* rendering */
     uint64_t budget; /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
     uint64_t unit_mutations, unit_chains;
@@ -34,7 +33,9 @@ typedef struct plan_length {
     uint64_t handed, merged; /* mutations */
     uint64_t chains;         /* ids given out */
     film_t film;
-    plan_moments_t moments[PATH_MAX_VERTICES + 1]; /* [0] b_k, [1 + s] b_{k,s}: pilot and large steps */
+    /* Estimators [0] of b_k, [1 + s] of b_{k,s}: by bidirectional samples (pilot, refinement, pt and bdpt), by the
+     * large steps of chains. */
+    plan_moments_t samples[PATH_MAX_VERTICES + 1], large_steps[PATH_MAX_VERTICES + 1];
     uint64_t proposed[WORK_MOVES];
     exact_sum_t accepted[WORK_MOVES];
     uint64_t zero_proposals, longest_stay;
@@ -48,16 +49,19 @@ struct plan {
     size_t pixels;
     plan_phase_t phase;
     plan_unit_t *units;
-    uint64_t unit_count, unit_room; /* handed out so far */
-    uint64_t resume;                /* units below it may need handing out again, after a restore */
-    uint64_t pilot_units, in;       /* units of the first phase; units in */
-    uint64_t pilot_next;            /* units of the first phase generated so far */
-    uint32_t pilot_unit_candidates, feature_rows;
-    plan_length_t *lengths; /* [max_path_length + 1]; samples use film and counts of [0] */
-    double b;               /* sum of the pilot's b_k */
-    double scale;           /* samples: film value of a contribution of 1; a power of two */
-    uint64_t sample_unit;   /* samples a unit */
-    double weight_max;      /* largest b_k / share_k */
+    uint64_t unit_count, unit_room;    /* handed out so far */
+    uint64_t resume;                   /* units below it may need handing out again, after a restore */
+    uint64_t pilot_units, in;          /* units of the first phase; units in */
+    uint64_t pilot_next;               /* units of the first phase generated so far */
+    uint64_t candidates;               /* of the pilot */
+    uint32_t pilot_unit, feature_rows; /* candidates and rows a unit */
+    work_moments_t *pilot_moments; /* of each pilot unit, until all are in: sums need their unit, plan->b, first */
+    uint64_t refine_handed;        /* samples */
+    plan_length_t *lengths;        /* [max_path_length + 1]; samples use film and counts of [0] */
+    double b;                      /* sum of the pilot's b_k: the unit of the estimators' sums */
+    double scale;                  /* samples: film value of a contribution of 1; a power of two */
+    uint64_t sample_unit;          /* samples a unit */
+    double weight_max;             /* largest b_k / share_k */
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
     float *features;       /* [pixels][WORK_FEATURE_CHANNELS] */
@@ -93,14 +97,15 @@ bool plan_render_record(plan_t *plan, work_record_t *record);
 
 /* plan_seeds.c */
 /* Turns candidate weights into running sums. */
-void plan_prepare_seeds(plan_length_t *length);
+void plan_prepare_seeds(const plan_t *plan, plan_length_t *length);
 /* The candidate that chain `chain` of length k starts from: systematic resampling of as many chains as ever come.
  */
 uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain);
 
 /* plan_estimate.c */
-double plan_length_b(const plan_length_t *length, double *error); /* refined b_k and its standard error */
-double plan_technique_b(const plan_length_t *length, uint32_t s, double *error);
+/* Estimates from all samples and large steps so far, with their standard errors: of b_k, of b_{k,s}. */
+double plan_length_b(const plan_t *plan, uint32_t k, double *error);
+double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error);
 /* Pixel values and variances: what plan_pixel needs, computed once an image. */
 typedef struct plan_pixels {
     const plan_t *plan;

@@ -1,0 +1,76 @@
+#include "chain/sampler.h"
+
+void sampler_next_event(uint64_t key, uint32_t t, double u[3])
+{
+    kernel_draw(key, UNIT_DRAW_NEXT_EVENT + 3 * (uint64_t)t, u, 3);
+}
+
+/* Adds a joined path's value: to the pixel of the camera walk or, for t = 1, where it is seen. */
+static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_value_t *value)
+{
+    const renderer_t *renderer = sampler->renderer;
+    const uint32_t k = s + t - 1;
+    const double scalar = target_scalar(renderer->settings.target, value->value);
+    sampler->totals[k] += scalar;
+    if (sampler->only > 0)
+        sampler->by_technique[s] = scalar;
+    if (sampler->moments)
+        unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], scalar);
+    if (t > 1)
+        sampler->pixel = rgb_add(sampler->pixel, value->value);
+    else if (sampler->film)
+        unit_splat(&renderer->scene, sampler->film, value->raster, rgb_scale(value->value, sampler->scale),
+                   sampler->key, UNIT_DRAW_FILTER);
+}
+
+static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
+{
+    const renderer_t *renderer = sampler->renderer;
+    const uint32_t k = s + t - 1;
+    if (k < 1 || k > renderer->settings.max_path_length || (sampler->only > 0 && k != sampler->only))
+        return;
+    path_vertex_t y0;
+    const path_vertex_t *own = NULL;
+    if (s == 1) {
+        double u[3];
+        sampler_next_event(sampler->key, t, u);
+        if (!path_light_origin(&renderer->scene, u, &y0))
+            return;
+        own = &y0;
+    }
+    path_value_t value;
+    if (path_connect(&renderer->scene, &sampler->space->path, s, t, own, &renderer->targets[k].techniques, &value))
+        sampler_add(sampler, s, t, &value);
+}
+
+void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
+{
+    work_space_t *space = sampler->space;
+    const renderer_t *renderer = sampler->renderer;
+    const settings_t *settings = &renderer->settings;
+    const uint32_t K = settings->max_path_length;
+    sampler->key = key;
+    sampler->pixel = rgb_gray(0);
+    for (uint32_t k = 1; k <= K; k++)
+        sampler->totals[k] = 0;
+    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(&renderer->scene, K + 1));
+    if (pixel >= 0) {
+        space->camera[0] = ((double)(pixel % settings->width) + space->camera[0]) / settings->width;
+        space->camera[1] = ((double)(pixel / settings->width) + space->camera[1]) / settings->height;
+    }
+    const uint32_t camera = path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1);
+    uint32_t light = 1;
+    if (settings->algorithm != SETTINGS_PT) {
+        kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(K));
+        if (K >= 2)
+            light = path_walk_light(&renderer->scene, &space->path, space->light, K);
+    }
+    for (uint32_t t = 1; t <= camera; t++)
+        for (uint32_t s = t == 1; s <= (light > 1 ? light : 1); s++)
+            sampler_join(sampler, s, t);
+    if (sampler->film && !rgb_black(sampler->pixel))
+        unit_splat(&renderer->scene, sampler->film, space->path.raster, rgb_scale(sampler->pixel, sampler->scale),
+                   key, UNIT_DRAW_FILTER + 2);
+    for (uint32_t k = 1; sampler->moments && k <= K; k++)
+        unit_moment(&sampler->moments[work_samples_moment(k)], sampler->totals[k]);
+}

@@ -1,0 +1,34 @@
+/* sampler.h: independent samples of all path lengths at once: one walk from the camera, one from a light, all their
+ * vertices joined in all allowed ways (Veach 1997, chapter 10). Connections to the light itself (s = 1) draw a
+ * point of their own for every camera vertex.
+ *
+ * What a sample is for is said by the pointers that are set: an image, sums by length, the techniques of one
+ * length.
+ */
+#ifndef CHAIN_SAMPLER_H
+#define CHAIN_SAMPLER_H
+
+#include "chain/unit.h"
+
+typedef struct sampler {
+    work_space_t *space;
+    const renderer_t *renderer;
+    film_t *film; /* splatted on if not null, values times `scale` */
+    double scale;
+    double *totals;          /* [K + 1]: scalar target of this sample by length; set, not added to */
+    work_moments_t *moments; /* added to if not null */
+    double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
+    uint32_t only;           /* join only to this length; 0: to all */
+    /* of the sample at hand */
+    uint64_t key;
+    rgb_t pixel; /* what the camera walk gathered */
+} sampler_t;
+
+/* Sample with the random numbers of `key`. pixel < 0: anywhere on the film; else within that pixel's share of it.
+ * The walks' numbers are left in the space. */
+void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel);
+
+/* The numbers of the point on a light that camera vertex t - 1 is joined to (s = 1). */
+void sampler_next_event(uint64_t key, uint32_t t, double u[3]);
+
+#endif
