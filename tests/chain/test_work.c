@@ -105,8 +105,11 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = samples, r.count = UINT64_MAX, r), FAULT_RANGE, "count");
     refuse_record((r = features, r.count = FILM_MAX_SIDE + 1, r), FAULT_RANGE, "count");
     refuse_record((r = samples, r.first = UINT64_MAX, r), FAULT_RANGE, "first");
-    refuse_record((r = pilot, r.length = 0, r), FAULT_RANGE, "length");
-    refuse_record((r = pilot, r.length = 128, r), FAULT_RANGE, "length");
+    refuse_record((r = chains, r.length = 0, r), FAULT_RANGE, "length");
+    refuse_record((r = chains, r.length = 128, r), FAULT_RANGE, "length");
+    refuse_record((r = pilot, r.length = 1, r), FAULT_RANGE, "length");
+    refuse_record((r = pilot, r.kind = WORK_REFINE, r.length = 1, r), FAULT_RANGE, "length");
+    refuse_record((r = pilot, r.kind = WORK_REFINE, r.count = UINT64_MAX, r), FAULT_RANGE, "count");
     refuse_record((r = samples, r.length = 1, r), FAULT_RANGE, "length");
     refuse_record((r = features, r.length = 1, r), FAULT_RANGE, "length");
     refuse_record((r = chains, r.mutations = 3, r), FAULT_RANGE, "mutations");
@@ -256,7 +259,7 @@ static void hostile_results_are_refused(void **state)
         refuse_result(kind, change_sum_infinite, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_negative, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_nan, FAULT_RANGE, "moments");
-        if (kind == WORK_PILOT)
+        if (kind == WORK_PILOT || kind == WORK_REFINE)
             continue;
         refuse_result(kind, change_kind, FAULT_FORMAT, "kind");
         refuse_result(kind, change_film_size, FAULT_FORMAT, "film");
@@ -338,7 +341,8 @@ static void splitting_a_unit_changes_nothing(void **state)
             if (part.has_film)
                 film_add(&sum, &part.film);
             if (kind == WORK_PILOT)
-                assert_memory_equal(part.weights, all.weights + begin, sizeof(double) * count);
+                assert_memory_equal(part.weights, all.weights + begin * WORK_FIXTURE_LENGTH,
+                                    sizeof(double) * WORK_FIXTURE_LENGTH * count);
             if (kind == WORK_FEATURES)
                 assert_memory_equal(part.features, all.features + begin * 24 * WORK_FEATURE_CHANNELS,
                                     sizeof(float) * 24 * WORK_FEATURE_CHANNELS * count);
@@ -393,13 +397,13 @@ static void chains_weigh_as_much_as_their_mutations(void **state)
 /* Candidates of length 2 that carry light. */
 static void find_seeds(work_space_t *space, uint64_t *seeds, uint32_t count)
 {
-    const work_record_t pilot = {.kind = WORK_PILOT, .length = 2, .count = 1000};
+    const work_record_t pilot = {.kind = WORK_PILOT, .count = 1000};
     work_result_t result;
     fault_t fault = {0};
     assert_int_equal(work_run(space, &pilot, &go, &result, &fault), FAULT_NONE);
     for (uint32_t i = 0; count > 0; i++) {
-        assert_true(i < result.weight_count);
-        if (result.weights[i] > 0)
+        assert_true(i < 1000);
+        if (work_fixture_weight(&result, i, 2) > 0)
             seeds[--count] = i;
     }
 }
@@ -472,18 +476,17 @@ static void records_that_do_not_fit_the_scene_are_refused(void **state)
     work_record_t r;
     refuse_run(&fixture, (r = pilot, r.kind = 0, r), "kind");
     refuse_run(&fixture, (r = pilot, r.kind = WORK_KINDS, r), "kind");
-    refuse_run(&fixture, (r = pilot, r.length = 0, r), "length 0");
-    refuse_run(&fixture, (r = pilot, r.length = WORK_FIXTURE_LENGTH + 1, r), "1 to 5");
+    refuse_run(&fixture, (r = chains, r.length = 0, r), "length 0");
     refuse_run(&fixture, (r = chains, r.length = WORK_FIXTURE_LENGTH + 1, r), "1 to 5");
     refuse_run(&fixture, (r = features, r.first = 24, r), "rows 24");
     refuse_run(&fixture, (r = features, r.first = 20, r), "rows 20 to 25");
     refuse_run(&fixture, (r = features, r.count = UINT64_MAX, r), "rows");
     uint64_t dark = 0; /* a candidate without light: most have none */
-    const work_record_t candidates = {.kind = WORK_PILOT, .length = 3, .count = 1000};
+    const work_record_t candidates = {.kind = WORK_PILOT, .count = 1000};
     work_result_t result;
     fault_t fault = {0};
     assert_int_equal(work_run(fixture.space, &candidates, &go, &result, &fault), FAULT_NONE);
-    while (result.weights[dark] > 0)
+    while (work_fixture_weight(&result, (uint32_t)dark, 3) > 0)
         dark++;
     refuse_run(&fixture, (r = chains, r.count = 1, r.seeds = &dark, r), "carries no light");
     work_fixture_t point;

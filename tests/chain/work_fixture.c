@@ -11,16 +11,21 @@ static void demand(fault_code_t code, const fault_t *fault)
     abort();
 }
 
+double work_fixture_weight(const work_result_t *pilot, uint32_t candidate, uint32_t length)
+{
+    return pilot->weights[candidate * WORK_FIXTURE_LENGTH + length - 1];
+}
+
 static void find_seeds(work_fixture_t *fixture)
 {
-    const work_record_t pilot = {.kind = WORK_PILOT, .length = 3, .count = WORK_FIXTURE_PILOT};
+    const work_record_t pilot = {.kind = WORK_PILOT, .count = WORK_FIXTURE_PILOT};
     const atomic_bool cancel = false;
     work_result_t result;
     fault_t fault = {0};
     demand(work_run(fixture->space, &pilot, &cancel, &result, &fault), &fault);
     int found = 0;
-    for (uint32_t i = 0; i < result.weight_count && found < WORK_FIXTURE_SEEDS; i++)
-        if (result.weights[i] > 0)
+    for (uint32_t i = 0; i < WORK_FIXTURE_PILOT && found < WORK_FIXTURE_SEEDS; i++)
+        if (work_fixture_weight(&result, i, 3) > 0)
             fixture->seeds[found++] = i;
     if (found < WORK_FIXTURE_SEEDS)
         abort();
@@ -51,7 +56,8 @@ work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind)
 {
     switch (kind) {
     case WORK_PILOT:
-        return (work_record_t){.kind = kind, .length = 2, .first = 100, .count = 300};
+    case WORK_REFINE:
+        return (work_record_t){.kind = kind, .first = 100, .count = 300};
     case WORK_CHAINS:
         return (work_record_t){
             .kind = kind, .length = 3, .first = 7, .count = 4, .mutations = 4000, .seeds = fixture->seeds};

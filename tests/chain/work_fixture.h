@@ -20,7 +20,10 @@ typedef struct work_fixture {
 void work_fixture_make(work_fixture_t *fixture, small_light_t light, settings_algorithm_t algorithm);
 void work_fixture_clear(work_fixture_t *fixture);
 
-/* A record of this kind that fits: a pilot of length 2, chains of length 3, samples, some feature rows. Seeds are
+/* The weight for a length of a pilot's candidate. */
+double work_fixture_weight(const work_result_t *pilot, uint32_t candidate, uint32_t length);
+
+/* A record of this kind that fits: samples of every kind, chains of length 3, some feature rows. Seeds are
  * borrowed from the fixture: not to be cleared. */
 work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind);
 

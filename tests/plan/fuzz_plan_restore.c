@@ -1,5 +1,5 @@
-/* Hostile checkpoints: as they come, another job's, and edits of valid ones, during the pilot and after it. A plan that
- * comes back must go on: hand out its units, show its image, report and save itself. */
+/* Hostile checkpoints: as they come, another job's, and edits of valid ones, during the pilot and after it. A plan
+ * that comes back must go on: hand out its units, show its image, report and save itself. */
 #include <stdlib.h>
 #include <string.h>
 

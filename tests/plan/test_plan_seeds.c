@@ -32,8 +32,9 @@ static plan_t plan_with_candidates(uint64_t seed)
         weights[i] = number(1, 2 * (uint64_t)i) < 0.8 ? 0 : pow(10, 6 * number(1, 2 * (uint64_t)i + 1));
     weights[0] = weights[CANDIDATES - 1] = 0;
     memcpy(sums, weights, sizeof sums);
-    lengths[LENGTH] = (plan_length_t){.weights = sums, .candidates = CANDIDATES};
-    plan_prepare_seeds(&lengths[LENGTH]);
+    lengths[LENGTH] = (plan_length_t){.weights = sums};
+    plan.candidates = CANDIDATES;
+    plan_prepare_seeds(&plan, &lengths[LENGTH]);
     plan.settings.seed = seed;
     plan.lengths = lengths;
     return plan;
@@ -111,7 +112,8 @@ static void each_chain_by_itself_is_drawn_by_weight(void **state)
             plan_t plan;
             double run[4] = {four[0], 3, 6, 10};
             memset(&plan, 0, sizeof plan);
-            lengths[LENGTH] = (plan_length_t){.weights = run, .candidates = 4};
+            lengths[LENGTH] = (plan_length_t){.weights = run};
+            plan.candidates = 4;
             plan.settings.seed = seed;
             plan.lengths = lengths;
             hits[plan_seed(&plan, LENGTH, chains[c])]++;
