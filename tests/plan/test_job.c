@@ -254,8 +254,8 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         job_t job = least;
         settings_t *s = &job.settings;
         snprintf(job.scene, sizeof job.scene, "a \"%d\"\\\n\t\xc3\xa9.pbrt", i);
-        snprintf(job.image, sizeof job.image, coin() ? "" : "i\\%d.exr", i);
-        snprintf(job.preview, sizeof job.preview, coin() ? "" : "%d.png", i);
+        snprintf(job.image, sizeof job.image, "%s%d", coin() ? "i\\\\" : "", i);
+        snprintf(job.preview, sizeof job.preview, "%.*s", coin() ? 5 : 0, "p.png");
         s->algorithm = (settings_algorithm_t)number(0, SETTINGS_ALGORITHMS);
         s->width = coin() ? (uint32_t)number(1, 32768) : 0;
         s->height = coin() ? (uint32_t)number(1, 32768) : 0;
