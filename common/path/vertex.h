@@ -22,7 +22,7 @@ typedef enum path_vertex_kind {
     PATH_INFINITE = 3 /* on a light at infinity: ng is the unit direction from the scene to it */
 } path_vertex_kind_t;
 
-enum { PATH_NO_EMITTER = UINT32_MAX };
+#define PATH_NO_EMITTER UINT32_MAX
 
 typedef struct path_vertex {
     vec3_t position;
