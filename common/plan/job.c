@@ -92,7 +92,7 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
         return fault_set(fault, FAULT_RANGE, "chains.step_min: %g, expected at most chains.step_max, which is %g",
                          settings->step_min, settings->step_max);
     TRY(json_read_int_or(chains, "chains", "length", 1, INT64_C(1) << 32, &length, fault));
-    TRY(json_read_int_or(chains, "chains", "pilot_samples", 1, INT64_C(1) << 30, &pilot, fault));
+    TRY(json_read_int_or(chains, "chains", "pilot_samples", 1, INT64_C(1) << 24, &pilot, fault));
     settings->kernel = (settings_kernel_t)kernel;
     settings->chain_length = (uint64_t)length;
     settings->pilot_samples = (uint64_t)pilot;
@@ -166,9 +166,7 @@ fault_code_t job_parse(job_t *job, const char *text, size_t length, const char *
     if (!code)
         code = job_read(job, root, fault);
     json_destroy(&root);
-    if (code)
-        fault_prefix(fault, "%s", name);
-    return code;
+    return fault_prefix(fault, code, "%s", name);
 }
 
 char *job_print(const job_t *job)
