@@ -40,6 +40,7 @@ typedef struct hard_job {
     uint32_t side, length; /* film of side x side, longest paths */
     double work;           /* mutations or samples a pixel */
     uint64_t seed;
+    uint32_t pilot; /* candidates a length; 0: the usual */
 } hard_job_t;
 
 /* Runs the job and checks that nothing non-finite or negative reached the film; prints and bounds what was refused
@@ -53,8 +54,13 @@ render_estimate_t hard_mean(const render_t *render, const hard_job_t *job);
  */
 #define HARD_Z (6.1 * 1.1)
 
-/* The same job by pt, bdpt and mmlt: their mean against `expected` within HARD_Z errors and `slack` (relative). */
+/* The same job by pt, bdpt and mmlt: their means between low and high, within HARD_Z errors. */
+void hard_expect_between(const char *name, const scene_t *scene, hard_job_t job, double low, double high);
+/* Against `expected`, with the relative slack. */
 void hard_expect_mean(const char *name, const scene_t *scene, hard_job_t job, double expected, double slack);
+/* b_k of every length k = 1 .. job.length against expected[k], with the relative slack, by all three. */
+void hard_expect_lengths(const char *name, const scene_t *scene, hard_job_t job, const double *expected,
+                         double slack);
 
 /* b_k of a closed furnace for every length, by all three algorithms: L rho^(k-1) per pixel. */
 void hard_expect_furnace(const char *name, const scene_t *scene, hard_job_t job, double albedo, double emission);
