@@ -69,9 +69,8 @@ static fault_code_t start_master(local_service_t *service, fault_t *fault)
     char listen[] = "--listen", state[] = "--state", no_sync[] = "--no-sync", quiet[] = "--quiet", line[512];
     char *argv[] = {NULL, listen, service->address, state, service->state, no_sync, quiet, NULL};
     TRY(child_start(&service->master, "garland-master", argv, true, fault));
-    if (child_read_line(&service->master, ready_seconds, line, sizeof line, fault) != FAULT_NONE)
-        return fault_prefix(fault, "garland-master");
-    return FAULT_NONE;
+    const fault_code_t code = child_read_line(&service->master, ready_seconds, line, sizeof line, fault);
+    return fault_prefix(fault, code, "garland-master");
 }
 
 static fault_code_t start_worker(local_service_t *service, local_worker_t *worker, fault_t *fault)

@@ -134,7 +134,5 @@ fault_code_t run_read_record(run_t *run, fault_t *fault)
         code = read_progress(run, json, fault);
     json_destroy(&json);
     free(text);
-    if (code != FAULT_NONE)
-        fault_prefix(fault, "job %" PRIu64 ": state.json", run->id);
-    return code;
+    return fault_prefix(fault, code, "job %" PRIu64 ": state.json", run->id);
 }

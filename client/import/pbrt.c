@@ -557,7 +557,7 @@ static fault_code_t placed(pbrt_state_t *state, fault_code_t code)
 {
     if (code && !state->placed) {
         state->placed = true;
-        fault_prefix(state->fault, "%s:%d:%d", state->file, state->line, state->column);
+        fault_prefix(state->fault, code, "%s:%d:%d", state->file, state->line, state->column);
     }
     return code;
 }
@@ -627,9 +627,7 @@ static fault_code_t finish(pbrt_state_t *state, const char *name)
                          "%llu vertex normals have no length: those of their triangles are used",
                          (unsigned long long)state->no_normal);
     const scene_t scene = scene_builder_view(state->builder);
-    if (scene_check(&scene, state->fault))
-        return fault_prefix(state->fault, "%s: the scene it describes", name);
-    return FAULT_NONE;
+    return fault_prefix(state->fault, scene_check(&scene, state->fault), "%s: the scene it describes", name);
 }
 
 fault_code_t pbrt_read_text(const char *name, const char *folder, const char *text, size_t size,

@@ -273,9 +273,7 @@ fault_code_t picture_read(const char *path, picture_coding_t coding, picture_t *
     TRY(file_read(path, FILE_MAX, &data, &size, fault));
     const fault_code_t code = picture_parse(data, size, coding, out, fault);
     free(data);
-    if (code)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }
 
 void picture_texel(const picture_t *image, uint32_t x, uint32_t y, float rgba[4])

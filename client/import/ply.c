@@ -474,7 +474,5 @@ fault_code_t ply_read(const char *path, ply_mesh_t *out, fault_t *fault)
     TRY(stored_file_read(path, &data, &size, fault));
     const fault_code_t code = ply_parse(data, size, out, fault);
     free(data);
-    if (code)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }

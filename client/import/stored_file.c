@@ -107,7 +107,5 @@ fault_code_t stored_file_read(const char *path, uint8_t **data, size_t *size, fa
     }
     const fault_code_t code = stored_file_unpack(raw, raw_size, STORED_FILE_MAX, data, size, fault);
     free(raw);
-    if (code)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }

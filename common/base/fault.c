@@ -1,6 +1,5 @@
 #include "base/fault.h"
 
-#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,9 +16,10 @@ fault_code_t fault_set(fault_t *fault, fault_code_t code, const char *format, ..
     return code;
 }
 
-fault_code_t fault_prefix(fault_t *fault, const char *format, ...)
+fault_code_t fault_prefix(fault_t *fault, fault_code_t code, const char *format, ...)
 {
-    assert(fault);
+    if (!fault || code == FAULT_NONE)
+        return code;
     char inner[FAULT_TEXT_SIZE];
     memcpy(inner, fault->text, sizeof inner);
     va_list args;
@@ -32,7 +32,7 @@ fault_code_t fault_prefix(fault_t *fault, const char *format, ...)
         for (const char *c = parts[i]; *c && at + 1 < sizeof fault->text; c++)
             fault->text[at++] = *c;
     fault->text[at + 1 < sizeof fault->text ? at : sizeof fault->text - 1] = '\0';
-    return fault->code;
+    return code;
 }
 
 const char *fault_code_text(fault_code_t code)

@@ -51,12 +51,7 @@ static fault_code_t find_planes(planes_t *p, const image_t *const images[3], con
         if (image->width != images[0]->width || image->height != images[0]->height)
             return fault_set(fault, FAULT_RANGE, "sizes differ: %s has %u x %u pixels, %s %u x %u", names[0],
                              images[0]->width, images[0]->height, names[i], image->width, image->height);
-        const fault_code_t code = image_find_rgb(image, planes[i], fault);
-        if (code != FAULT_NONE) {
-            if (fault)
-                fault_prefix(fault, "%s", names[i]);
-            return code;
-        }
+        TRY(fault_prefix(fault, image_find_rgb(image, planes[i], fault), "%s", names[i]));
     }
     return FAULT_NONE;
 }

@@ -231,11 +231,8 @@ fault_code_t exr_write(const image_t *image, const char *path, fault_t *fault)
     uint8_t *data;
     size_t size;
     const fault_code_t encoded = exr_encode(image, &data, &size, fault);
-    if (encoded != FAULT_NONE) {
-        if (fault)
-            fault_prefix(fault, "%s", path);
-        return encoded;
-    }
+    if (encoded != FAULT_NONE)
+        return fault_prefix(fault, encoded, "%s", path);
     const fault_code_t code = file_write(path, data, size, fault);
     free(data);
     return code;
@@ -351,9 +348,7 @@ static fault_code_t read_chunk(reader_t *reader, const exr_chunk_info_t *chunk, 
     if (result == EXR_ERR_SUCCESS)
         return FAULT_NONE;
     const fault_code_t code = library_fault(reader->stream, result, "reading pixels", fault);
-    if (fault)
-        fault_prefix(fault, "chunk at (%u,%u)", x, y);
-    return code;
+    return fault_prefix(fault, code, "chunk at (%u,%u)", x, y);
 }
 
 static fault_code_t read_scanlines(reader_t *reader, fault_t *fault)
@@ -438,7 +433,5 @@ fault_code_t exr_read(image_t *image, const char *path, fault_t *fault)
     TRY(file_read(path, IMAGE_MAX_FILE_BYTES, &data, &size, fault));
     const fault_code_t code = exr_decode(image, data, size, fault);
     free(data);
-    if (code != FAULT_NONE && fault)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }

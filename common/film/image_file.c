@@ -23,9 +23,7 @@ fault_code_t image_file_read(image_t *image, const char *path, fault_t *fault)
     else
         code = fault_set(fault, FAULT_FORMAT, "neither an OpenEXR nor a PFM file");
     free(data);
-    if (code != FAULT_NONE && fault)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }
 
 fault_code_t image_file_write(const image_t *image, double exposure, const char *path, fault_t *fault)

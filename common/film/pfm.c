@@ -119,9 +119,7 @@ fault_code_t pfm_read(image_t *image, const char *path, fault_t *fault)
     TRY(file_read(path, IMAGE_MAX_FILE_BYTES, &data, &size, fault));
     const fault_code_t code = pfm_decode(image, data, size, fault);
     free(data);
-    if (code != FAULT_NONE && fault)
-        fault_prefix(fault, "%s", path);
-    return code;
+    return fault_prefix(fault, code, "%s", path);
 }
 
 fault_code_t pfm_encode(const image_t *image, uint8_t **data, size_t *size, fault_t *fault)
@@ -154,11 +152,8 @@ fault_code_t pfm_write(const image_t *image, const char *path, fault_t *fault)
     uint8_t *data;
     size_t size;
     const fault_code_t encoded = pfm_encode(image, &data, &size, fault);
-    if (encoded != FAULT_NONE) {
-        if (fault)
-            fault_prefix(fault, "%s", path);
-        return encoded;
-    }
+    if (encoded != FAULT_NONE)
+        return fault_prefix(fault, encoded, "%s", path);
     const fault_code_t code = file_write(path, data, size, fault);
     free(data);
     return code;

@@ -56,11 +56,8 @@ fault_code_t png_write(const image_t *image, double exposure, const char *path, 
     uint8_t *data;
     size_t size;
     const fault_code_t encoded = png_encode(image, exposure, &data, &size, fault);
-    if (encoded != FAULT_NONE) {
-        if (fault)
-            fault_prefix(fault, "%s", path);
-        return encoded;
-    }
+    if (encoded != FAULT_NONE)
+        return fault_prefix(fault, encoded, "%s", path);
     const fault_code_t code = file_write(path, data, size, fault);
     free(data);
     return code;

@@ -128,11 +128,7 @@ static fault_code_t fill_rows(table2_t *table, const double *weights, double *su
         const double *row = weights + (size_t)y * table->width;
         if (row_is_zero(row, table->width))
             continue;
-        const fault_code_t code = table1_init(&table->columns[y], row, table->width, fault);
-        if (code != FAULT_NONE) {
-            fault_prefix(fault, "row %u", y);
-            return code;
-        }
+        TRY(fault_prefix(fault, table1_init(&table->columns[y], row, table->width, fault), "row %u", y));
         sums[y] = table->columns[y].sum;
     }
     return table1_init(&table->rows, sums, table->height, fault);

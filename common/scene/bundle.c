@@ -340,8 +340,7 @@ fault_code_t bundle_open(bundle_t **out, const char *path, fault_t *fault)
     const fault_code_t code = bundle_open_memory(out, data, size, fault);
     if (code != FAULT_NONE) {
         munmap(data, size);
-        fault_prefix(fault, "%s", path);
-        return code;
+        return fault_prefix(fault, code, "%s", path);
     }
     (*out)->mapped = true;
     return FAULT_NONE;

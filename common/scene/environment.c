@@ -95,10 +95,8 @@ fault_code_t environment_table(const scene_t *scene, const scene_image_t *image,
     fault_code_t code = FAULT_NONE;
     if (sum != 0)
         code = table2_init(table, weights, width, height, fault);
-    if (code != FAULT_NONE)
-        fault_prefix(fault, "environment");
-    else
+    if (code == FAULT_NONE)
         *mean = sum / ((double)image->width * image->height);
     free(weights);
-    return code;
+    return fault_prefix(fault, code, "environment");
 }

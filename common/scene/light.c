@@ -276,14 +276,9 @@ static fault_code_t add_lights(light_set_t *set, const scene_t *scene, double *w
         e->radiance = rgb_of(light->radiance);
         double power = 0;
         switch (light->kind) {
-        case SCENE_LIGHT_INFINITE: {
-            const fault_code_t code = add_infinite(set, scene, light, disk_area, &power, fault);
-            if (code != FAULT_NONE) {
-                fault_prefix(fault, "light %u", i);
-                return code;
-            }
+        case SCENE_LIGHT_INFINITE:
+            TRY(fault_prefix(fault, add_infinite(set, scene, light, disk_area, &power, fault), "light %u", i));
             break;
-        }
         case SCENE_LIGHT_DISTANT:
             power = distant_emitter(light, disk_area, e);
             break;
@@ -311,11 +306,7 @@ static fault_code_t fill(light_set_t *set, const scene_t *scene, double **weight
             fault, FAULT_NO_LIGHT,
             "the scene has no light: none of its %u lights has radiance and, if an area light, a shape",
             scene->light_count);
-    const fault_code_t code = table1_init(&set->selection, *weights, set->count, fault);
-    if (code != FAULT_NONE) {
-        fault_prefix(fault, "lights");
-        return code;
-    }
+    TRY(fault_prefix(fault, table1_init(&set->selection, *weights, set->count, fault), "lights"));
     for (uint32_t i = 0; i < set->count; i++)
         set->emitters[i].probability = table1_probability(&set->selection, i);
     return FAULT_NONE;

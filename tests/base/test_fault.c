@@ -27,9 +27,20 @@ static void prefixes_stack_from_the_inside_out(void **state)
     (void)state;
     fault_t fault = {0};
     fault_set(&fault, FAULT_SYNTAX, "expected ':'");
-    fault_prefix(&fault, "line %d", 7);
-    assert_int_equal(fault_prefix(&fault, "%s", "job.json"), FAULT_SYNTAX);
+    fault_prefix(&fault, FAULT_SYNTAX, "line %d", 7);
+    assert_int_equal(fault_prefix(&fault, FAULT_SYNTAX, "%s", "job.json"), FAULT_SYNTAX);
     assert_string_equal(fault.text, "job.json: line 7: expected ':'");
+    assert_int_equal(fault.code, FAULT_SYNTAX);
+}
+
+static void a_prefix_passes_the_code_on_whoever_listens(void **state)
+{
+    (void)state;
+    fault_t fault = {FAULT_NONE, "untouched"};
+    assert_int_equal(fault_prefix(&fault, FAULT_NONE, "job.json"), FAULT_NONE);
+    assert_string_equal(fault.text, "untouched");
+    assert_int_equal(fault_prefix(NULL, FAULT_RANGE, "job.json"), FAULT_RANGE);
+    assert_int_equal(fault_prefix(NULL, FAULT_NONE, "job.json"), FAULT_NONE);
 }
 
 static void long_texts_are_cut_not_overrun(void **state)
@@ -45,10 +56,10 @@ static void long_texts_are_cut_not_overrun(void **state)
     text[sizeof text - 1] = '\0';
     fault_set(&box.fault, FAULT_IO, "%s", text);
     assert_int_equal(strlen(box.fault.text), FAULT_TEXT_SIZE - 1);
-    fault_prefix(&box.fault, "outer");
+    fault_prefix(&box.fault, FAULT_IO, "outer");
     assert_int_equal(strlen(box.fault.text), FAULT_TEXT_SIZE - 1);
     assert_memory_equal(box.fault.text, "outer: xxx", 10);
-    fault_prefix(&box.fault, "%s", text);
+    fault_prefix(&box.fault, FAULT_IO, "%s", text);
     assert_int_equal(strlen(box.fault.text), FAULT_TEXT_SIZE - 1);
     for (size_t i = 0; i < sizeof box.guard; i++)
         assert_int_equal(box.guard[i], 'g');
@@ -84,9 +95,13 @@ static void try_returns_at_the_first_failure(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_fault_carries_code_and_sentence),  cmocka_unit_test(a_null_fault_still_returns_the_code),
-        cmocka_unit_test(prefixes_stack_from_the_inside_out), cmocka_unit_test(long_texts_are_cut_not_overrun),
-        cmocka_unit_test(every_code_has_its_own_text),        cmocka_unit_test(try_returns_at_the_first_failure),
+        cmocka_unit_test(a_fault_carries_code_and_sentence),
+        cmocka_unit_test(a_null_fault_still_returns_the_code),
+        cmocka_unit_test(prefixes_stack_from_the_inside_out),
+        cmocka_unit_test(a_prefix_passes_the_code_on_whoever_listens),
+        cmocka_unit_test(long_texts_are_cut_not_overrun),
+        cmocka_unit_test(every_code_has_its_own_text),
+        cmocka_unit_test(try_returns_at_the_first_failure),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
