@@ -1,6 +1,7 @@
 #include "proto/transport.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -88,10 +89,21 @@ static fault_code_t set_security(transport_t *t, const transport_options_t *opti
     return FAULT_NONE;
 }
 
+/* Dead connections are found by TCP. ZeroMQ's own heartbeats stay off: a heartbeat that falls due on a connection
+ * which broke while its receive queue was full aborts the process (libzmq 4.3.4, stream_engine_base.cpp,
+ * out_event: assertion !_io_error). Whether a peer lives is for the HEARTBEAT message to say. */
+static fault_code_t set_liveness(transport_t *t, int silence_ms, fault_t *fault)
+{
+    const int64_t longest = (int64_t)TRANSPORT_SILENCES * silence_ms;
+    TRY(set_int(t, ZMQ_HEARTBEAT_IVL, 0, fault));
+    TRY(set_int(t, ZMQ_TCP_KEEPALIVE, 1, fault));
+    TRY(set_int(t, ZMQ_TCP_KEEPALIVE_IDLE, silence_ms / 1000 + 1, fault));
+    TRY(set_int(t, ZMQ_TCP_KEEPALIVE_INTVL, silence_ms / 3000 + 1, fault));
+    return set_int(t, ZMQ_TCP_MAXRT, longest < INT_MAX ? (int)longest : INT_MAX, fault);
+}
+
 static fault_code_t set_options(transport_t *t, const transport_options_t *options, fault_t *fault)
 {
-    const int heartbeat = options->heartbeat_ms > 0 ? options->heartbeat_ms : MESSAGE_HEARTBEAT_MS;
-    const int silence = options->silence_ms > 0 ? options->silence_ms : MESSAGE_LEASE_MS;
     const int linger = options->linger_ms == 0 ? LINGER_MS : options->linger_ms < 0 ? 0 : options->linger_ms;
     const int queue = options->send_queue > 0 ? options->send_queue : TRANSPORT_QUEUE_SEND;
     const int64_t longest = t->master ? MESSAGE_MAX_FROM_PEER : MESSAGE_MAX_FROM_MASTER;
@@ -100,8 +112,7 @@ static fault_code_t set_options(transport_t *t, const transport_options_t *optio
     TRY(set_int(t, ZMQ_LINGER, linger, fault));
     TRY(set_int(t, ZMQ_SNDHWM, queue, fault));
     TRY(set_int(t, ZMQ_RCVHWM, TRANSPORT_QUEUE_RECEIVE, fault));
-    TRY(set_int(t, ZMQ_HEARTBEAT_IVL, heartbeat, fault));
-    TRY(set_int(t, ZMQ_HEARTBEAT_TIMEOUT, silence, fault));
+    TRY(set_liveness(t, options->silence_ms > 0 ? options->silence_ms : MESSAGE_LEASE_MS, fault));
     TRY(set_int(t, ZMQ_HANDSHAKE_IVL, MESSAGE_HANDSHAKE_MS, fault));
     TRY(set_int(t, ZMQ_IPV6, strchr(t->address, '[') != NULL, fault));
     if (t->master) {

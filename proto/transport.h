@@ -36,6 +36,7 @@ enum { TRANSPORT_NOBODY = 0, TRANSPORT_MASTER = 1 };
 enum {
     TRANSPORT_QUEUE_SEND = 64,    /* messages queued per peer on their way out */
     TRANSPORT_QUEUE_RECEIVE = 16, /* and in; beyond it the network holds the sender back */
+    TRANSPORT_SILENCES = 4,       /* a receiver that is slow for a lease or two keeps its connection */
     TRANSPORT_KEY_SIZE = 41       /* a key's text (Z85) with its zero */
 };
 
@@ -43,10 +44,10 @@ enum {
  * secret_key encrypts and admits only peers that know its public key; a peer gives that as server_key (a key pair
  * of its own is made up). */
 typedef struct transport_options {
-    int heartbeat_ms; /* ZeroMQ's own, which finds dead connections; default MESSAGE_HEARTBEAT_MS */
-    int silence_ms;   /* connection dropped after so long without an answer to it; default MESSAGE_LEASE_MS */
-    int linger_ms;    /* how long destroy waits for queued messages to leave; default 1000, negative: not at all */
-    int send_queue;   /* messages; default TRANSPORT_QUEUE_SEND */
+    int silence_ms; /* the network probes a connection that is idle for so long, and ends one whose other host has
+                       answered nothing for TRANSPORT_SILENCES times that; default MESSAGE_LEASE_MS */
+    int linger_ms;  /* how long destroy waits for queued messages to leave; default 1000, negative: not at all */
+    int send_queue; /* messages; default TRANSPORT_QUEUE_SEND */
     const char *secret_key; /* master's */
     const char *server_key; /* peer's: the master's public key */
 } transport_options_t;

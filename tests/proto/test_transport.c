@@ -11,6 +11,7 @@
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <zmq.h>
 #include <cmocka.h>
@@ -449,6 +450,106 @@ static void a_full_queue_is_told(void **state)
     transport_destroy(&master);
 }
 
+/* ---- a connection that breaks while its receive queue is full ---- */
+
+enum {
+    UNREAD = 60, /* beyond the receive queue, within the send queue */
+    SITTING_MS =
+        MESSAGE_HEARTBEAT_MS + 500 /* in it a heartbeat of ZeroMQ's own, if there were one, would fall due */
+};
+
+/* Runs one side in a process of its own, where it may abort. */
+static pid_t start_side(bool (*side)(const char *address), const char *address)
+{
+    const pid_t child = fork();
+    if (child == 0)
+        _exit(side(address) ? 0 : 1);
+    assert_true(child > 0);
+    return child;
+}
+
+static void expect_survival(pid_t child)
+{
+    int status = -1;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+}
+
+static void send_unread(transport_t *t, transport_peer_t peer)
+{
+    const message_t heartbeat = {.type = MESSAGE_HEARTBEAT};
+    for (int i = 0; i < UNREAD; i++)
+        ok(transport_send(t, peer, &heartbeat, &fault));
+    usleep(300000); /* they are on their way */
+}
+
+/* Reads nothing for a while, then greets the next master. */
+static bool sit_as_a_client(const char *address)
+{
+    transport_t *peer;
+    if (transport_connect(&peer, address, NULL, &fault))
+        return false;
+    const message_t hello = {.type = MESSAGE_HELLO, .hello = WORKER_HELLO};
+    transport_send(peer, TRANSPORT_MASTER, &hello, &fault);
+    usleep(1000 * SITTING_MS);
+    int count = 0;
+    while (transport_receive(peer, &event) == TRANSPORT_MESSAGE)
+        count++;
+    const fault_code_t code = transport_hello(peer, &WORKER_HELLO, PATIENCE_MS, &event, &fault);
+    transport_destroy(&peer);
+    return code == FAULT_NONE && count >= TRANSPORT_QUEUE_RECEIVE;
+}
+
+/* Reads nothing for a while, then answers each HELLO until a BYE. */
+static bool sit_as_a_master(const char *address)
+{
+    transport_t *master;
+    if (transport_bind(&master, address, NULL, &fault))
+        return false;
+    usleep(1000 * SITTING_MS);
+    const double end = clock_now() + 1e-3 * PATIENCE_MS;
+    int count = 0;
+    for (bool bye = false; !bye && clock_now() < end; transport_wait(master, -1, 50, NULL, &fault))
+        for (; transport_receive(master, &event) == TRANSPORT_MESSAGE; count++) {
+            message_t welcome = {.type = MESSAGE_WELCOME};
+            welcome.welcome = (message_welcome_t){GARLAND_VERSION, MESSAGE_HEARTBEAT_MS, MESSAGE_LEASE_MS, 78};
+            bye |= event.message.type == MESSAGE_BYE;
+            if (event.message.type == MESSAGE_HELLO)
+                transport_send(master, event.peer, &welcome, &fault); /* the first to say so has left */
+        }
+    transport_destroy(&master);
+    return clock_now() < end && count >= TRANSPORT_QUEUE_RECEIVE;
+}
+
+static void a_connection_that_breaks_with_a_full_queue_harms_neither_side(void **state)
+{
+    (void)state;
+    char other_address[sizeof ipc_address + 2];
+    snprintf(other_address, sizeof other_address, "%s-2", ipc_address);
+    const pid_t client = start_side(sit_as_a_client, ipc_address);
+    const pid_t server = start_side(sit_as_a_master, other_address);
+    transport_t *master, *peer;
+    ok(transport_bind(&master, ipc_address, NULL, &fault));
+    send_unread(master, expect(master, MESSAGE_HELLO));
+    transport_destroy(&master);
+    ok(transport_connect(&peer, other_address, NULL, &fault));
+    say_hello(peer);
+    send_unread(peer, TRANSPORT_MASTER);
+    transport_destroy(&peer);
+
+    ok(transport_bind(&master, ipc_address, NULL, &fault));
+    say_welcome(master, expect(master, MESSAGE_HELLO));
+    ok(transport_connect(&peer, other_address, NULL, &fault));
+    ok(transport_hello(peer, &WORKER_HELLO, PATIENCE_MS, &event, &fault));
+    const message_t bye = {.type = MESSAGE_BYE};
+    ok(transport_send(peer, TRANSPORT_MASTER, &bye, &fault));
+    expect_survival(client);
+    expect_survival(server);
+    transport_destroy(&peer);
+    transport_destroy(&master);
+    unlink(other_address + strlen("ipc://"));
+}
+
 static void each_side_sends_only_what_is_its_own(void **state)
 {
     (void)state;
@@ -541,6 +642,7 @@ int main(void)
         cmocka_unit_test(a_peer_reconnects_after_the_master_restarts),
         cmocka_unit_test(a_peer_that_left_is_not_found),
         cmocka_unit_test(a_full_queue_is_told),
+        cmocka_unit_test(a_connection_that_breaks_with_a_full_queue_harms_neither_side),
         cmocka_unit_test(each_side_sends_only_what_is_its_own),
         cmocka_unit_test(another_thread_can_wake_the_wait),
         cmocka_unit_test(keys_admit_only_those_who_know_them),
