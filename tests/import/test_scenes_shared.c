@@ -87,6 +87,12 @@ static size_t header_count(const char *path, const char *word)
     return strtoul(at + strlen(word), NULL, 10);
 }
 
+/* folder/name, of which only `length` characters count. */
+static void join(char path[PATH_SIZE], const char *folder, const char *name, size_t length)
+{
+    assert_in_range(snprintf(path, PATH_SIZE, "%s/%.*s", folder, (int)length, name), 1, PATH_SIZE - 1);
+}
+
 /* Faces of all the polygon files that the text names: these scenes' are triangles. */
 static size_t faces_in_files(const char *folder, const char *text)
 {
@@ -97,7 +103,7 @@ static size_t faces_in_files(const char *folder, const char *text)
         while (begin[-1] != '"')
             begin--;
         at += 4;
-        snprintf(path, sizeof path, "%s/%.*s", folder, (int)(at - begin), begin);
+        join(path, folder, begin, (size_t)(at - begin));
         count += header_count(path, "element face ");
     }
     return count;
@@ -193,8 +199,8 @@ static void ceiling_lights_face_the_floor(void **state)
 static void link_into(const char *folder, const char *from, const char *name)
 {
     char source[PATH_SIZE], target[PATH_SIZE];
-    snprintf(source, sizeof source, "%s/%s", from, name);
-    snprintf(target, sizeof target, "%s/%s", folder, name);
+    join(source, from, name, strlen(name));
+    join(target, folder, name, strlen(name));
     unlink(target);
     if (file_exists(source) || strchr(name, '.') == NULL)
         (void)!symlink(source, target);
@@ -223,7 +229,7 @@ static void the_peers_scenes_are_read(void **state)
                 (count++, strncmp(entry->d_name, "bdpt", 4) != 0 && strncmp(entry->d_name, "mlt", 3) != 0))
                 continue; /* the others differ in their integrator only */
             link_into(read_text_folder(), peers, entry->d_name);
-            snprintf(path, sizeof path, "%s/%s", read_text_folder(), entry->d_name);
+            join(path, read_text_folder(), entry->d_name, strlen(entry->d_name));
             scene_builder_t *builder = scene_builder_new();
             import_notes_t *notes = import_notes_new();
             if (pbrt_read(path, builder, notes, &fault))
