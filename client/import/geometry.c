@@ -226,11 +226,35 @@ fault_code_t geometry_place(const geometry_t *geometry, const transform_t *to_wo
     return code;
 }
 
+/* Whether every vertex normal is its triangles' own, to an angle of 1e-5 (single precision and six printed digits make that
+ * much): then they say nothing, and shading need not interpolate them. */
+static bool normals_are_flat(const placed_t *placed)
+{
+    const double least = 1 - 0.5e-10;
+    for (uint64_t t = 0; t < placed->triangles; t++) {
+        vec3_t p[3];
+        for (int i = 0; i < 3; i++) {
+            const float *from = placed->positions + 3 * (size_t)placed->indices[3 * t + (uint64_t)i];
+            p[i] = vec3(from[0], from[1], from[2]);
+        }
+        const vec3_t n = vec3_cross(vec3_sub(p[1], p[0]), vec3_sub(p[2], p[0]));
+        const double length = vec3_length(n);
+        for (int i = 0; i < 3; i++) {
+            const float *from = placed->normals + 3 * (size_t)placed->indices[3 * t + (uint64_t)i];
+            const vec3_t normal = vec3(from[0], from[1], from[2]);
+            if (!(vec3_dot(n, normal) >= least * length * vec3_length(normal)))
+                return false;
+        }
+    }
+    return true;
+}
+
 fault_code_t geometry_add(const placed_t *placed, scene_builder_t *builder, fault_t *fault)
 {
     uint32_t index;
     if (placed->shape.kind != SCENE_SHAPE_MESH)
         return scene_builder_add_shape(builder, &placed->shape, &index, fault);
-    return scene_builder_add_mesh(builder, &placed->shape, placed->positions, placed->normals, placed->uvs,
+    const float *normals = placed->normals && !normals_are_flat(placed) ? placed->normals : NULL;
+    return scene_builder_add_mesh(builder, &placed->shape, placed->positions, normals, placed->uvs,
                                   placed->vertices, placed->indices, placed->triangles, &index, fault);
 }

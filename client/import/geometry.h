@@ -50,6 +50,7 @@ typedef struct placed {
  * *out. A mesh that lost all its triangles has triangles = 0 and must not be added. */
 fault_code_t geometry_place(const geometry_t *geometry, const transform_t *to_world, bool reverse, placed_t *out,
                             fault_t *fault);
+/* Vertex normals that are everywhere their triangle's own are left out. */
 fault_code_t geometry_add(const placed_t *placed, scene_builder_t *builder, fault_t *fault);
 void placed_clear(placed_t *placed);
 
