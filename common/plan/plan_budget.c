@@ -13,8 +13,8 @@ enum {
     REFINE_PARTS = 20,     /* one part in so many of the work goes on refining b_k */
     CHAIN_USUAL = 1 << 14, /* mutations a chain */
     UNIT_LEAST = 1 << 14,
-    UNIT_SMALLEST = 1 << 19,
-    UNIT_LARGEST = 1 << 23, /* mutations a unit */
+    UNIT_SMALLEST = 1 << 20,
+    UNIT_LARGEST = 1 << 23, /* mutations a unit: packing its film must cost little beside them */
     UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
     FEATURE_RAYS = 1 << 17  /* a unit */
 };
