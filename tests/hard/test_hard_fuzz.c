@@ -1,0 +1,155 @@
+/* Random scenes at the limits of what is allowed: pilot, chains and samples run on each; nothing non-finite or
+ * negative comes out, what is refused inside is counted by cause. Run under the sanitizers too. */
+#include "hard.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/random.h"
+#include "chain/work.h"
+#include "random_scene.h"
+
+enum { SCENES = 200, LENGTHS = 6, CANDIDATES = 160, MUTATIONS = 300, SAMPLES = 128 };
+
+typedef struct tally {
+    uint64_t dark, rendered, lit;
+    uint64_t evaluations, rejects[WORK_REJECTS], splats, outside, saturated;
+} tally_t;
+
+static const atomic_bool never = false;
+
+/* Everything that leaves a unit is finite; what does not enter the film says why. */
+static void check_result(tally_t *tally, uint64_t index, const work_result_t *result)
+{
+    tally->evaluations += result->stats.evaluations;
+    for (int i = 0; i < WORK_REJECTS; i++)
+        tally->rejects[i] += result->stats.rejects[i];
+    for (uint32_t i = 0; i < result->moment_count; i++)
+        if (!(result->moments[i].sum >= 0 && result->moments[i].sum <= 1e300))
+            fail_msg("scene %llu, kind %u, length %u: moment %u is %g, %g", (unsigned long long)index, result->kind,
+                     result->length, i, result->moments[i].sum, result->moments[i].sum2);
+    for (uint32_t i = 0; i < result->weight_count; i++)
+        if (!(result->weights[i] >= 0 && result->weights[i] <= 1e300))
+            fail_msg("scene %llu, length %u: weight %u is %g", (unsigned long long)index, result->length, i,
+                     result->weights[i]);
+    if (!result->has_film)
+        return;
+    const film_counts_t *counts = &result->film.counts;
+    if (counts->nonfinite != 0 || counts->negative != 0)
+        fail_msg("scene %llu: the film met %llu non-finite and %llu negative values", (unsigned long long)index,
+                 (unsigned long long)counts->nonfinite, (unsigned long long)counts->negative);
+    tally->splats += counts->splats;
+    tally->outside += counts->outside;
+    tally->saturated += counts->saturated;
+    for (size_t i = 0; i < (size_t)FILM_CHANNELS * result->film.width * result->film.height; i++)
+        assert_true(result->film.sums[i] >= 0);
+    fault_t fault = {0};
+    uint8_t *data;
+    size_t size;
+    if (work_result_encode(result, &data, &size, &fault))
+        fail_msg("scene %llu: %s", (unsigned long long)index, fault.text);
+    free(data);
+}
+
+static void run(tally_t *tally, uint64_t index, work_space_t *space, const work_record_t *record,
+                work_result_t *result)
+{
+    fault_t fault = {0};
+    if (work_run(space, record, &never, result, &fault))
+        fail_msg("scene %llu, kind %u, length %u: %s", (unsigned long long)index, record->kind, record->length,
+                 fault.text);
+    check_result(tally, index, result);
+}
+
+/* A pilot of each length, then a chain from every lit candidate. Returns the sum of b_k. */
+static double run_chains(tally_t *tally, uint64_t index, work_space_t *space)
+{
+    work_result_t result;
+    uint64_t seeds[CANDIDATES];
+    double b = 0;
+    for (uint32_t k = 1; k <= LENGTHS; k++) {
+        run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .length = k, .count = CANDIDATES}, &result);
+        b += result.moments[0].sum / CANDIDATES;
+        uint64_t count = 0;
+        for (uint32_t i = 0; i < result.weight_count; i++)
+            if (result.weights[i] > 0)
+                seeds[count++] = i;
+        tally->lit += count;
+        if (count > 0)
+            run(tally, index, space,
+                &(work_record_t){
+                    .kind = WORK_CHAINS, .length = k, .count = count, .mutations = MUTATIONS, .seeds = seeds},
+                &result);
+    }
+    return b;
+}
+
+/* Any wild scene of five is larger or smaller than single precision's products carry: there hits go wrong, and the
+ * paths are refused. */
+static bool is_wild(uint64_t index)
+{
+    return index % 5 == 4;
+}
+
+static void run_scene(tally_t *tally, uint64_t index)
+{
+    scene_builder_t *builder = random_scene_new(random_key(51, RANDOM_PURPOSE_TEST, 0, index), is_wild(index));
+    const scene_t scene = scene_builder_view(builder);
+    fault_t fault = {0};
+    settings_t settings;
+    settings_default(&settings);
+    settings.algorithm = SETTINGS_BDPT; /* its techniques are those of chains too */
+    settings.max_path_length = LENGTHS;
+    settings.target = index & 1 ? SETTINGS_TARGET_MAXIMUM : SETTINGS_TARGET_LUMINANCE;
+    settings.kernel = index & 2 ? SETTINGS_KERNEL_GAUSSIAN : SETTINGS_KERNEL_KELEMEN;
+    renderer_t *renderer = NULL;
+    work_space_t *space = NULL;
+    const fault_code_t code = renderer_new(&renderer, &scene, &settings, &fault);
+    if (code == FAULT_NO_LIGHT) {
+        tally->dark++;
+    } else if (code != FAULT_NONE || work_space_new(&space, renderer, &fault)) {
+        fail_msg("scene %llu: %s", (unsigned long long)index, fault.text);
+    } else {
+        work_result_t result;
+        const double b = run_chains(tally, index, space);
+        run(tally, index, space,
+            &(work_record_t){.kind = WORK_SAMPLES, .count = SAMPLES, .scale = b > 0 ? exp2(-rint(log2(b))) : 1},
+            &result);
+        tally->rendered++;
+    }
+    work_space_destroy(&space);
+    renderer_destroy(&renderer);
+    scene_builder_destroy(&builder);
+}
+
+static void print_tally(const char *name, const tally_t *tally)
+{
+    print_message(
+        "%s: %llu rendered, %llu without light; %llu lit candidates, %llu evaluations; refused: %llu rays, %llu "
+        "weights, %llu values, %llu negative; film: %llu splats, %llu outside, %llu saturated\n",
+        name, (unsigned long long)tally->rendered, (unsigned long long)tally->dark, (unsigned long long)tally->lit,
+        (unsigned long long)tally->evaluations, (unsigned long long)tally->rejects[0],
+        (unsigned long long)tally->rejects[1], (unsigned long long)tally->rejects[2],
+        (unsigned long long)tally->rejects[3], (unsigned long long)tally->splats,
+        (unsigned long long)tally->outside, (unsigned long long)tally->saturated);
+}
+
+static void random_scenes(void **state)
+{
+    (void)state;
+    tally_t usual = {0}, wild = {0};
+    for (uint64_t i = 0; i < SCENES; i++)
+        run_scene(is_wild(i) ? &wild : &usual, i);
+    print_tally("sizes 1e-6 to 1e6", &usual);
+    print_tally("sizes 1e-20 to 1e12", &wild);
+    assert_true(usual.rendered + wild.rendered >= SCENES * 3 / 4);
+    assert_true(usual.lit >= 10 * SCENES);
+    for (int i = 0; i < WORK_REJECTS; i++)
+        assert_true(usual.rejects[i] <= 1e-5 * usual.evaluations);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(random_scenes)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
