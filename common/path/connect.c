@@ -236,10 +236,9 @@ bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint3
     }
     path_end_t from, to;
     out->raster = space->raster;
-    if (t == 1 ? !path_end_of_lens(ps, z, vec3_neg(w), &to, &out->raster)
-               : !path_end_of_camera(ps, z, z - 1, vec3_neg(w), &to))
-        return false;
-    if (!path_end_of_light(ps, y, y - (s > 1), w, &from))
+    const bool meets = t == 1 ? path_end_of_lens(ps, z, vec3_neg(w), &to, &out->raster)
+                              : path_end_of_camera(ps, z, z - 1, vec3_neg(w), &to);
+    if (!meets || !path_end_of_light(ps, y, y - (s > 1), w, &from))
         return false;
     const rgb_t unweighted = rgb_scale(rgb_mul(from.value, to.value), inverse);
     if (!(rgb_max(unweighted) > 0) || !path_visible(ps, space, y, z, w))
