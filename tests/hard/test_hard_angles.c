@@ -131,7 +131,7 @@ static void check_room(const char *name, const char *material)
     const scene_t *scene = room_with(name, material);
     hard_expect_invariance(name, scene, &(hard_invariance_t){1, 6, 3000, 3000, NULL});
     hard_expect_invariance(name, scene, &(hard_invariance_t){1, 6, 3000, 500, near_the_ends});
-    hard_agree(name, scene, (hard_job_t){.side = 8, .length = 5, .work = 32});
+    hard_agree(name, scene, (hard_job_t){.side = 8, .length = 5, .work = 20});
     hard_clear();
 }
 

@@ -107,6 +107,27 @@ static void camera_inside_glass(void **state)
     hard_clear();
 }
 
+/* The same with walls of albedo 0.5 and 50 segments: a path meets a wall at every third vertex or oftener, so that
+ * 0.5^16 of the light is cut. */
+static void fifty_segments_among_glass_mirror_and_white_block(void **state)
+{
+    (void)state;
+    FILE *f = hard_begin(outside, 70, 4);
+    fprintf(f, "AttributeBegin\n");
+    hard_furnace_walls(f, 0.5, 1);
+    hard_box(f, vec3(-1, -1, -1), vec3(1, 1, 1), true);
+    fprintf(f, "AttributeEnd\nAttributeBegin\nTranslate -0.45 0.1 -0.2\n" GLASS SPHERE(
+                   "0.4") "AttributeEnd\n"
+                          "AttributeBegin\nTranslate 0.45 0.3 -0.3\n" MIRROR SPHERE(
+                              "0.4") "AttributeEnd\n"
+                                     "Material \"coateddiffuse\" \"rgb reflectance\" [ 1 1 1 ] \"float roughness\" "
+                                     "[ 0 ]\n");
+    hard_box(f, vec3(-0.6, -0.9, -0.5), vec3(0.5, -0.5, 0.3), false);
+    hard_expect_mean("50 segments among glass, mirror and white block", hard_end("50 segments"),
+                     (hard_job_t){.side = 4, .length = 50, .work = 60, .seed = 12}, 2, exact);
+    hard_clear();
+}
+
 static void expect_no_gain(const char *name, const char *things, double least)
 {
     hard_expect_between(name, furnace_with(name, outside, things), usual, least * radiance, radiance);
@@ -151,6 +172,7 @@ int main(void)
         cmocka_unit_test(mirrors_and_nested_things),
         cmocka_unit_test(white_surfaces),
         cmocka_unit_test(camera_inside_glass),
+        cmocka_unit_test(fifty_segments_among_glass_mirror_and_white_block),
         cmocka_unit_test(rough_things_lose_light),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
