@@ -27,8 +27,8 @@ typedef enum path_vertex_kind {
 typedef struct path_vertex {
     vec3_t position;
     vec3_t ng;     /* unit geometric normal; zero on a point light */
-    frame_t frame; /* shading; only n is set where a Lambertian vertex ends its walk */
-    vec3_t wo;     /* local unit direction to the previous vertex of the walk (only z: as above) */
+    frame_t frame; /* shading; incomplete where a Lambertian vertex ends its walk: path_frame */
+    vec3_t wo;     /* local unit direction to the previous vertex of the walk (only z is set there) */
     rgb_t beta;    /* throughput of the walk up to here: importance or radiance over density */
     double pdf;    /* density with which this walk made the vertex */
     double ratio;  /* density of the reversed walk over pdf: known once the walk has scattered at the next vertex */
@@ -40,8 +40,27 @@ typedef struct path_vertex {
     uint8_t kind;       /* path_vertex_kind_t */
     uint8_t specular;   /* the walk scattered specularly here */
     uint8_t delta;      /* the vertex cannot be hit: point, spot, distant lights */
-    uint8_t pad;
+    uint8_t lobe;       /* that the walk scattered with here; or what is there of the frame (path_frame_kind_t) */
 } path_vertex_t;
+
+/* In place of a lobe where a Lambertian vertex ends its walk: */
+typedef enum path_frame_kind {
+    PATH_FRAME_OF_NORMAL = 254, /* only n is set: the frame is frame_of_normal's */
+    PATH_FRAME_OF_TANGENT = 255 /* n is set and s is the tangent: frame_of_normal_tangent's */
+} path_frame_kind_t;
+
+/* The whole frame of a vertex on a surface that scatters. */
+static inline frame_t path_frame(const path_vertex_t *v)
+{
+    switch (v->lobe) {
+    case PATH_FRAME_OF_NORMAL:
+        return frame_of_normal(v->frame.n);
+    case PATH_FRAME_OF_TANGENT:
+        return frame_of_normal_tangent(v->frame.n, v->frame.s);
+    default:
+        return v->frame;
+    }
+}
 
 /* Whether the vertex can end a walk that is joined to another: it is on a lens or a light, or scatters not only
  * specularly. */

@@ -17,6 +17,7 @@ static void path_arrive(const path_scene_t *ps, const path_vertex_t *from, const
     to->kind = PATH_SURFACE;
     to->specular = 0;
     to->delta = 0;
+    to->lobe = 0;
     to->position = at->position;
     to->ng = at->ng;
     to->epsilon = at->epsilon;
@@ -45,6 +46,11 @@ static void path_arrive(const path_scene_t *ps, const path_vertex_t *from, const
     if (last && (to->bsdf->flags & BSDF_ONLY_DIFFUSE)) {
         to->frame.n = at->ns;
         to->wo = vec3(0, 0, -cos_s);
+        to->lobe = PATH_FRAME_OF_NORMAL;
+        if (wants_uv) {
+            to->frame.s = at->tangent;
+            to->lobe = PATH_FRAME_OF_TANGENT;
+        }
         return;
     }
     to->frame = wants_uv ? frame_of_normal_tangent(at->ns, at->tangent) : frame_of_normal(at->ns);
@@ -71,6 +77,7 @@ static bool path_scatter(const path_scene_t *ps, path_vertex_t *before, path_ver
         return false;
     double forward = sample.pdf, reverse = sample.pdf_reverse;
     at->specular = sample.specular;
+    at->lobe = (uint8_t)sample.lobe;
     if (sample.specular) { /* with respect to n^2 |cos| d omega on either side */
         forward *= fabs(sample.wi.z) * sample.eta * sample.eta;
         reverse *= fabs(at->wo.z);
