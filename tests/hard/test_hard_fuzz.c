@@ -9,10 +9,10 @@
 #include "chain/work.h"
 #include "random_scene.h"
 
-enum { SCENES = 200, LENGTHS = 6, CANDIDATES = 160, MUTATIONS = 300, SAMPLES = 128 };
+enum { SCENES = 200, LENGTHS = 6, CANDIDATES = 160, MUTATIONS = 500, SAMPLES = 160 };
 
 typedef struct tally {
-    uint64_t dark, rendered, lit;
+    uint64_t dark, limited, rendered, lit; /* limited: a mixture of too many lobes */
     uint64_t evaluations, rejects[WORK_REJECTS], splats, outside, saturated;
 } tally_t;
 
@@ -61,25 +61,27 @@ static void run(tally_t *tally, uint64_t index, work_space_t *space, const work_
     check_result(tally, index, result);
 }
 
-/* A pilot of each length, then a chain from every lit candidate. Returns the sum of b_k. */
+/* A pilot, then chains of each length from every lit candidate. Returns the sum of b_k. */
 static double run_chains(tally_t *tally, uint64_t index, work_space_t *space)
 {
     work_result_t result;
-    uint64_t seeds[CANDIDATES];
+    uint64_t seeds[LENGTHS + 1][CANDIDATES], counts[LENGTHS + 1] = {0};
     double b = 0;
+    run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .count = CANDIDATES}, &result);
+    assert_int_equal(result.weight_count, CANDIDATES * LENGTHS);
+    for (uint32_t i = 0; i < CANDIDATES; i++)
+        for (uint32_t k = 1; k <= LENGTHS; k++) {
+            const double weight = result.weights[i * LENGTHS + k - 1];
+            b += weight / CANDIDATES;
+            if (weight > 0)
+                seeds[k][counts[k]++] = i;
+        }
     for (uint32_t k = 1; k <= LENGTHS; k++) {
-        run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .length = k, .count = CANDIDATES}, &result);
-        b += result.moments[0].sum / CANDIDATES;
-        uint64_t count = 0;
-        for (uint32_t i = 0; i < result.weight_count; i++)
-            if (result.weights[i] > 0)
-                seeds[count++] = i;
-        tally->lit += count;
-        if (count > 0)
-            run(tally, index, space,
-                &(work_record_t){
-                    .kind = WORK_CHAINS, .length = k, .count = count, .mutations = MUTATIONS, .seeds = seeds},
-                &result);
+        tally->lit += counts[k];
+        const work_record_t record = {
+            .kind = WORK_CHAINS, .length = k, .count = counts[k], .mutations = MUTATIONS, .seeds = seeds[k]};
+        if (counts[k] > 0)
+            run(tally, index, space, &record, &result);
     }
     return b;
 }
@@ -105,8 +107,8 @@ static void run_scene(tally_t *tally, uint64_t index)
     renderer_t *renderer = NULL;
     work_space_t *space = NULL;
     const fault_code_t code = renderer_new(&renderer, &scene, &settings, &fault);
-    if (code == FAULT_NO_LIGHT) {
-        tally->dark++;
+    if (code == FAULT_NO_LIGHT || code == FAULT_LIMIT) {
+        ++*(code == FAULT_LIMIT ? &tally->limited : &tally->dark);
     } else if (code != FAULT_NONE || work_space_new(&space, renderer, &fault)) {
         fail_msg("scene %llu: %s", (unsigned long long)index, fault.text);
     } else {
@@ -122,16 +124,15 @@ static void run_scene(tally_t *tally, uint64_t index)
     scene_builder_destroy(&builder);
 }
 
-static void print_tally(const char *name, const tally_t *tally)
+static void print_tally(const char *name, const tally_t *t)
 {
+    typedef unsigned long long wide_t;
     print_message(
-        "%s: %llu rendered, %llu without light; %llu lit candidates, %llu evaluations; refused: %llu rays, %llu "
-        "weights, %llu values, %llu negative; film: %llu splats, %llu outside, %llu saturated\n",
-        name, (unsigned long long)tally->rendered, (unsigned long long)tally->dark, (unsigned long long)tally->lit,
-        (unsigned long long)tally->evaluations, (unsigned long long)tally->rejects[0],
-        (unsigned long long)tally->rejects[1], (unsigned long long)tally->rejects[2],
-        (unsigned long long)tally->rejects[3], (unsigned long long)tally->splats,
-        (unsigned long long)tally->outside, (unsigned long long)tally->saturated);
+        "%s: %llu rendered, %llu without light, %llu refused; %llu lit candidates, %llu evaluations; refused: %llu "
+        "rays, %llu weights, %llu values, %llu negative; film: %llu splats, %llu outside, %llu saturated\n",
+        name, (wide_t)t->rendered, (wide_t)t->dark, (wide_t)t->limited, (wide_t)t->lit, (wide_t)t->evaluations,
+        (wide_t)t->rejects[0], (wide_t)t->rejects[1], (wide_t)t->rejects[2], (wide_t)t->rejects[3],
+        (wide_t)t->splats, (wide_t)t->outside, (wide_t)t->saturated);
 }
 
 static void random_scenes(void **state)
