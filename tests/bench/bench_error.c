@@ -151,7 +151,8 @@ static void bench_one(bench_t *bench, bench_case_t *one, unsigned seed)
     f->bias[seed] = result.bias;
     f->cpu[seed] = run.cpu_seconds;
     f->mutations[seed] = run.mutations;
-    f->estimate[seed] = json_number(json_get(json_get(run.report, "error"), "relmse"));
+    const json_t *estimate = json_get(json_get(run.report, "error"), "relmse");
+    f->estimate[seed] = json_is_number(estimate) ? json_number(estimate) : NAN;
     fprintf(stderr,
             "%-14s %-5s seed %llu: %.1f s, %.1f CPU s (%.2f merging), relMSE %.5g (%.5g), brightness %.4f\n",
             bench->list.entries[one->scene]->name, settings_algorithm_name(one->algorithm),
@@ -193,12 +194,16 @@ static double bench_ratio(const bench_t *bench, double theirs, double their_seco
     return theirs * their_seconds / (ours * our_seconds * bench->speed.median / CALIBRATE_PEERS);
 }
 
-static void print_against(const bench_t *bench, const char *name, peer_error_t peer, const bench_summary_t *s)
+static void print_against(const bench_t *bench, const char *name, peer_error_t peer, double noise,
+                          const bench_summary_t *s)
 {
-    if (peer.relmse > 0)
-        printf("  %s %.3g (%.3g): x %.2f (%.2f)", name, peer.relmse, peer.trimmed,
-               bench_ratio(bench, peer.relmse, peer.cpu_seconds, s->relmse.median, s->cpu.median),
-               bench_ratio(bench, peer.trimmed, peer.cpu_seconds, s->trimmed.median, s->cpu.median));
+    if (!(peer.relmse > 0))
+        return;
+    printf("  %s %.3g: x%.2f", name, peer.relmse,
+           bench_ratio(bench, peer.relmse, peer.cpu_seconds, s->relmse.median - noise, s->cpu.median));
+    if (peer.trimmed > 0)
+        printf(" (%.3g: x%.2f)", peer.trimmed,
+               bench_ratio(bench, peer.trimmed, peer.cpu_seconds, s->trimmed.median - noise, s->cpu.median));
 }
 
 static void print_case(const bench_t *bench, const bench_case_t *one, const bench_summary_t *s)
@@ -212,9 +217,11 @@ static void print_case(const bench_t *bench, const bench_case_t *one, const benc
            s->mutations.median / entry->width / entry->height, s->relmse.median, s->relmse.min, s->relmse.max,
            s->trimmed.median, s->estimate.median, s->bias.median);
     if (one->budget == 0) {
-        print_against(bench, "bdpt", entry->bdpt, s);
-        print_against(bench, "mmlt", entry->mmlt, s);
-        print_against(bench, "rjmlt", entry->rjmlt, s);
+        print_against(bench, "bdpt", entry->bdpt, 0, s);
+        print_against(bench, "mmlt", entry->mmlt, 0, s);
+        print_against(bench, "rjmlt", entry->rjmlt, 0, s);
+        print_against(bench, "pbrt bdpt", entry->pbrt_bdpt, entry->reference_noise, s);
+        print_against(bench, "pbrt mlt", entry->pbrt_mlt, entry->reference_noise, s);
     }
     putchar('\n');
 }
@@ -244,7 +251,8 @@ static json_t *bench_print(const bench_t *bench)
     json_add_number(root, "threads", bench->threads);
     json_add_number(root, "seeds", bench->seeds);
     printf("calibration %.3f Mray per CPU second (%.3f to %.3f), %u threads, medians over %u seeds\n"
-           "\"x\": another renderer's relMSE over ours (trimmed) at equal CPU time and calibration\n\n",
+           "last columns: another renderer's relMSE (trimmed); x: that over ours at equal CPU time and "
+           "calibration\n\n",
            bench->speed.median, bench->speed.min, bench->speed.max, bench->threads, bench->seeds);
     printf("%-14s %-5s %-10s %8s %8s %-28s %10s %10s %8s\n", "scene", "", "budget", "CPU s", "/pixel",
            "relMSE (min, max)", "trimmed", "estimate", "bright");

@@ -26,7 +26,8 @@ static const char usual_scenes[] =
 
 typedef struct bench_case {
     rate_case_t rate;
-    double mutations[MAX_REPETITIONS], rays[MAX_REPETITIONS], raw[MAX_REPETITIONS], share[MAX_REPETITIONS];
+    double mutations[MAX_REPETITIONS], rays[MAX_REPETITIONS], raw[MAX_REPETITIONS];
+    double share[MAX_REPETITIONS], share_timed[MAX_REPETITIONS];
     double wall[MAX_THREAD_COUNTS][MAX_REPETITIONS], cpu[MAX_THREAD_COUNTS][MAX_REPETITIONS];
 } bench_case_t;
 
@@ -93,6 +94,7 @@ static void bench_repeat(const bench_t *bench, bench_case_t *one, unsigned repet
     one->rays[repetition] = figures.rays_per_second;
     one->raw[repetition] = figures.raw_rays_per_second;
     one->share[repetition] = figures.share;
+    one->share_timed[repetition] = figures.share_timed;
     if (bench->threads.count < 2)
         return;
     for (size_t t = 0; t < bench->threads.count; t++)
@@ -129,19 +131,20 @@ static void print_rates(const bench_t *bench)
         "calibration %.3f Mray per CPU second (%.3f to %.3f); \"scaled\" is the rate at a calibration of %.1f\n\n",
         bench->speed.median, bench->speed.min, bench->speed.max, CALIBRATE_PEERS);
     printf("%-14s %-5s %-25s %-7s %-7s %-7s %-8s %-8s %s\n", "scene", "", "Mmutation/CPU s (min, max)", "scaled",
-           "Mray/s", "raw", "Embree", "measured", "other renderers, Mmutation/CPU s");
+           "Mray/s", "raw", "Embree", "timed", "other renderers, Mmutation/CPU s");
     for (size_t i = 0; i < bench->count; i++) {
         bench_case_t *c = &bench->cases[i];
         const spread_t m = spread_of(c->mutations, bench->repetitions),
                        rays = spread_of(c->rays, bench->repetitions), raw = spread_of(c->raw, bench->repetitions),
-                       share = spread_of(c->share, bench->repetitions);
+                       share = spread_of(c->share, bench->repetitions),
+                       timed = spread_of(c->share_timed, bench->repetitions);
         printf("%-14s %-5s %8.4f (%.4f, %.4f) %7.4f %7.3f %7.3f %6.1f %% %6.1f %%", c->rate.entry->name,
                settings_algorithm_name(c->rate.algorithm), m.median, m.min, m.max, m.median / scale, rays.median,
-               raw.median, 100 * share.median, 100 * c->rate.share_timed);
+               raw.median, 100 * share.median, 100 * timed.median);
         if (c->rate.algorithm == SETTINGS_MMLT) {
-            print_speed(" Tungsten mmlt", c->rate.entry->tungsten_mmlt);
-            print_speed("rjmlt", c->rate.entry->tungsten_rjmlt);
-            print_speed(" pbrt-v4 mlt", c->rate.entry->pbrt_mlt);
+            print_speed(" Tungsten mmlt", c->rate.entry->mmlt_speed);
+            print_speed("rjmlt", c->rate.entry->rjmlt_speed);
+            print_speed(" pbrt-v4 mlt", c->rate.entry->pbrt_mlt_speed);
         }
         putchar('\n');
     }
@@ -198,7 +201,7 @@ static json_t *case_json(const bench_t *bench, bench_case_t *c)
     json_add(object, "mrays_per_cpu_second", spread_json(spread_of(c->rays, bench->repetitions)));
     json_add(object, "raw_mrays_per_cpu_second", spread_json(spread_of(c->raw, bench->repetitions)));
     json_add(object, "embree_share", spread_json(spread_of(c->share, bench->repetitions)));
-    json_add_number(object, "embree_share_measured", c->rate.share_timed);
+    json_add(object, "embree_share_timed", spread_json(spread_of(c->share_timed, bench->repetitions)));
     json_add_number(object, "merge_share", c->rate.merge_share);
     json_add_number(object, "unit_bytes", c->rate.unit_bytes);
     json_add_number(object, "renderer_bytes", (double)c->rate.renderer_bytes);

@@ -25,7 +25,7 @@ typedef struct peer_speed {
     double low, high;
 } peer_speed_t;
 
-/* relMSE after 15 s of two threads, about 30 CPU seconds; 0: not measured. */
+/* relMSE after so many CPU seconds of two threads; 0: not measured. */
 typedef struct peer_error {
     double relmse, trimmed, cpu_seconds;
 } peer_error_t;
@@ -37,8 +37,10 @@ typedef struct peer_scene {
     const char *references[2]; /* PFM, below GARLAND_SHARED/peers; the second null: there is one, not two halves */
     bool spectral;             /* the reference's renderer works with wavelengths: agreement within percents only */
     const char *notes[PEER_NOTES]; /* what the reader is known to say about the scene, parts of its notes */
-    peer_speed_t tungsten_mmlt, tungsten_rjmlt, pbrt_mlt;
-    peer_error_t bdpt, mmlt, rjmlt; /* Tungsten's */
+    peer_speed_t mmlt_speed, rjmlt_speed, pbrt_mlt_speed; /* Tungsten's two, pbrt-v4's */
+    peer_error_t bdpt, mmlt, rjmlt;                       /* Tungsten's */
+    peer_error_t pbrt_bdpt, pbrt_mlt;                     /* without the reference's noise; trimmed is not known */
+    double reference_noise; /* relMSE of a single reference, to be taken off; 0 where there are two */
 } peer_scene_t;
 
 typedef struct peer_loaded {

@@ -11,7 +11,7 @@
 
 enum {
     PILOT_CANDIDATES = 16384,
-    CHAIN_MUTATIONS = 1 << 14, /* about what the plan gives a chain */
+    LOOK_AHEAD = 1 << 25, /* mutations to which the plan is asked for units */
     RECORD_RAYS = 1 << 19,
     RECORD_PART = 16, /* of the work, at most, is recorded and timed by the time stamp counter */
     SAMPLES_SHARE = 4 /* a sample makes paths of every length: so many times dearer than a mutation */
@@ -56,70 +56,92 @@ static fault_code_t rate_unit(rate_case_t *rate, plan_t *plan, uint64_t unit, co
     return code;
 }
 
-static fault_code_t rate_keep(rate_case_t *rate, const work_record_t *record, double share, double work,
-                              fault_t *fault)
+/* What the plan hands out of one kind and length: chains of a length, samples, refining samples. */
+typedef struct rate_class {
+    double handed; /* mutations, or samples */
+    double units;
+    rate_unit_cost_t cost; /* of the first */
+} rate_class_t;
+
+static double rate_amount(const work_record_t *record)
 {
-    work_record_t *kept = &rate->records[rate->record_count];
+    return (double)(record->kind == WORK_CHAINS ? record->mutations : record->count);
+}
+
+/* Keeps a record, its seeds copied. */
+static fault_code_t rate_keep(rate_case_t *rate, const work_record_t *record, fault_t *fault)
+{
+    work_record_t *kept = &rate->records[rate->record_count++];
     *kept = *record;
     kept->seeds = NULL;
-    if (record->kind == WORK_SAMPLES) {
-        kept->count = (uint64_t)work;
-        rate->mutations += work;
-        rate->record_count++;
+    if (record->kind != WORK_CHAINS)
         return FAULT_NONE;
-    }
-    kept->mutations = (uint64_t)fmax(1, rint(share * work));
-    kept->count = (kept->mutations + CHAIN_MUTATIONS / 2) / CHAIN_MUTATIONS;
-    kept->count = kept->count < 1 ? 1 : kept->count > record->count ? record->count : kept->count;
     kept->seeds = malloc(kept->count * sizeof *kept->seeds);
     if (!kept->seeds)
         return fault_set(fault, FAULT_MEMORY, "no memory for the seeds of %llu chains",
                          (unsigned long long)kept->count);
     memcpy(kept->seeds, record->seeds, kept->count * sizeof *kept->seeds);
-    rate->mutations += (double)kept->mutations;
-    rate->record_count++;
     return FAULT_NONE;
 }
 
-/* The length's share of the mutations, as the report states it. */
-static double rate_share(const json_t *report, uint32_t length)
+/* Cuts a record to an amount of work; chains keep their length. */
+static void rate_cut(work_record_t *record, double amount)
 {
-    return json_number(json_get(json_at(json_get(report, "lengths"), length - 1), "share"));
+    const double all = rate_amount(record);
+    amount = fmax(1, rint(amount));
+    record->count = (uint64_t)fmax(1, fmin((double)record->count, rint((double)record->count * amount / all)));
+    if (record->kind == WORK_CHAINS)
+        record->mutations = (uint64_t)fmax((double)record->count, amount);
 }
 
-/* Takes units from the plan until each length that has a share was seen. What merging costs is a mean over lengths
- * in the ratio of their units. */
-static fault_code_t rate_choose(rate_case_t *rate, plan_t *plan, double work, fault_t *fault)
+/* The class of a record: the place of the kept record that is like it; that of the next one if there is none. */
+static uint32_t rate_class_of(const rate_case_t *rate, const work_record_t *record)
 {
-    json_t *report = plan_report(plan);
-    bool seen[RATE_MAX_LENGTHS + 1] = {false};
-    const uint32_t lengths = rate->algorithm == SETTINGS_MMLT ? rate->entry->max_path_length : 1;
-    uint32_t wanted = 0;
-    for (uint32_t k = 1; k <= lengths; k++)
-        wanted += lengths == 1 || rate_share(report, k) > 0;
-    fault_code_t code = FAULT_NONE;
-    uint64_t unit;
-    const work_record_t *record;
+    uint32_t i = 0;
+    while (i < rate->record_count &&
+           (rate->records[i].kind != record->kind || rate->records[i].length != record->length))
+        i++;
+    return i;
+}
+
+/* The cost of merging: a mean over classes in the ratio of their units. */
+static void rate_costs(rate_case_t *rate, const rate_class_t *classes)
+{
     double run = 0, merge = 0, bytes = 0, units = 0;
-    while (!code && rate->record_count < wanted && plan_next(plan, &unit, &record)) {
-        if (seen[record->length])
-            continue;
-        seen[record->length] = true;
-        const double share = record->length ? rate_share(report, record->length) : 1;
-        const double weight = record->length ? share / (double)record->mutations : 1;
-        rate_unit_cost_t cost = {0};
-        code = rate_keep(rate, record, share, work, fault);
-        if (!code)
-            code = rate_unit(rate, plan, unit, record, &cost, fault);
-        run += weight * cost.run;
-        merge += weight * cost.merge;
-        bytes += weight * cost.bytes;
-        units += weight;
+    for (uint32_t i = 0; i < rate->record_count; i++) {
+        run += classes[i].units * classes[i].cost.run;
+        merge += classes[i].units * classes[i].cost.merge;
+        bytes += classes[i].units * classes[i].cost.bytes;
+        units += classes[i].units;
     }
     rate->merge_share = merge / run;
     rate->unit_bytes = bytes / units;
-    json_destroy(&report);
-    return code;
+}
+
+/* Takes many units from the plan, keeps the first of each class, and cuts it to what the class has of all work. */
+static fault_code_t rate_choose(rate_case_t *rate, plan_t *plan, double work, fault_t *fault)
+{
+    rate_class_t classes[RATE_MAX_RECORDS] = {0};
+    double handed = 0; /* mutations; refining samples are no mutations */
+    uint64_t unit;
+    const work_record_t *record;
+    while (handed < LOOK_AHEAD && plan_next(plan, &unit, &record)) {
+        const uint32_t at = rate_class_of(rate, record);
+        classes[at].handed += rate_amount(record);
+        classes[at].units++;
+        handed += record->kind == WORK_REFINE ? 0 : rate_amount(record);
+        if (at < rate->record_count)
+            continue;
+        TRY(rate_keep(rate, record, fault));
+        TRY(rate_unit(rate, plan, unit, record, &classes[at].cost, fault));
+    }
+    rate_costs(rate, classes);
+    for (uint32_t i = 0; i < rate->record_count; i++) {
+        rate_cut(&rate->records[i], work * classes[i].handed / handed);
+        if (rate->records[i].kind != WORK_REFINE)
+            rate->mutations += rate_amount(&rate->records[i]);
+    }
+    return FAULT_NONE;
 }
 
 static fault_code_t rate_plan(rate_case_t *rate, const scene_t *scene, double work, fault_t *fault)
@@ -157,52 +179,55 @@ static fault_code_t rate_work(const rate_case_t *rate, work_space_t *space, doub
         work_record_t record = rate->records[i];
         work_result_t result;
         record.first += shift;
-        if (record.kind == WORK_SAMPLES)
-            record.count = (uint64_t)fmax(1, part * (double)record.count);
-        else
-            record.mutations = (uint64_t)fmax((double)record.count, part * (double)record.mutations);
+        rate_cut(&record, part * rate_amount(&record));
         TRY(work_run(space, &record, &never, &result, fault));
         *rays += (double)(result.stats.rays + result.stats.shadow_rays);
     }
     return FAULT_NONE;
 }
 
-/* Records a part of the work's rays, and times the same part ray by ray. */
-static fault_code_t rate_watch(rate_case_t *rate, fault_t *fault)
+/* Records a part of the work's rays. */
+static fault_code_t rate_record(rate_case_t *rate, fault_t *fault)
 {
     double rays;
     if (!rays_log_init(&rate->log, RECORD_RAYS))
         return fault_set(fault, FAULT_MEMORY, "no memory for %d rays", RECORD_RAYS);
-    const double part = fmin(1. / RECORD_PART, 0.9 * RECORD_RAYS / rate->rays);
+    rate->watch_part = fmin(1. / RECORD_PART, 0.9 * RECORD_RAYS / rate->rays);
     rays_start(RAYS_RECORD, &rate->log);
-    const fault_code_t code = rate_work(rate, rate->space, part, 0, &rays, fault);
+    const fault_code_t code = rate_work(rate, rate->space, rate->watch_part, 0, &rays, fault);
     rays_stop();
     TRY(code);
     if ((double)rate->log.seen != rays)
         return fault_set(fault, FAULT_RANGE, "%s: the renderer counts %.0f rays, Embree was asked for %llu",
                          rate->entry->name, rays, (unsigned long long)rate->log.seen);
+    return FAULT_NONE;
+}
+
+/* Times the same part ray by ray. Whatever else the machine does meanwhile counts for both figures alike. */
+static fault_code_t rate_time(const rate_case_t *rate, double *share, fault_t *fault)
+{
+    double rays;
     rays_start(RAYS_TIME, NULL);
     const uint64_t start = rays_ticks_now();
-    const fault_code_t timed = rate_work(rate, rate->space, part, 0, &rays, fault);
-    const uint64_t all = rays_ticks_now() - start;
-    rate->share_timed = (double)rays_ticks_inside() / (double)all;
+    const fault_code_t code = rate_work(rate, rate->space, rate->watch_part, 0, &rays, fault);
+    *share = (double)rays_ticks_inside() / (double)(rays_ticks_now() - start);
     rays_stop();
-    return timed;
+    return code;
 }
 
 fault_code_t rate_case_init(rate_case_t *rate, const peer_loaded_t *loaded, settings_algorithm_t algorithm,
                             double work, fault_t *fault)
 {
     *rate = (rate_case_t){.entry = loaded->entry, .algorithm = algorithm};
-    if (loaded->entry->max_path_length > RATE_MAX_LENGTHS)
+    if (loaded->entry->max_path_length + 1 > RATE_MAX_RECORDS)
         return fault_set(fault, FAULT_LIMIT, "%s: paths of more than %d segments", loaded->entry->name,
-                         RATE_MAX_LENGTHS);
+                         RATE_MAX_RECORDS - 1);
     fault_code_t code =
         rate_plan(rate, &loaded->scene, algorithm == SETTINGS_MMLT ? work : work / SAMPLES_SHARE, fault);
     if (!code)
         code = rate_work(rate, rate->space, 1, 0, &rate->rays, fault);
     if (!code)
-        code = rate_watch(rate, fault);
+        code = rate_record(rate, fault);
     if (code) {
         rate_case_clear(rate);
         return code;
@@ -233,7 +258,7 @@ fault_code_t rate_case_run(const rate_case_t *rate, rate_figures_t *figures, fau
                                 .rays_per_second = rays / seconds * 1e-6,
                                 .raw_rays_per_second = 1e-6 / raw,
                                 .share = rays * raw / seconds};
-    return FAULT_NONE;
+    return rate_time(rate, &figures->share_timed, fault);
 }
 
 /* ---- threads ---- */

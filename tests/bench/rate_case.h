@@ -1,8 +1,8 @@
 /* rate_case.h: one scene and algorithm of bench_rate: a fixed stretch of work that can be run again and again, so
  * that repetitions differ by the machine's noise alone.
  *
- * The work is one unit a path length (chains), cut to the length's share of the mutations as the plan chose it, or
- * one unit of samples. The pilot is not part of it.
+ * The work is one unit of each kind and length that the plan hands out (chains of each length, samples that refine
+ * b_k; or samples), each cut to its part of the whole. The pilot is not part of it, nor are the feature layers.
  */
 #ifndef TESTS_BENCH_RATE_CASE_H
 #define TESTS_BENCH_RATE_CASE_H
@@ -11,22 +11,21 @@
 #include "plan/plan.h"
 #include "rays.h"
 
-enum { RATE_MAX_LENGTHS = 64 };
+enum { RATE_MAX_RECORDS = 80 };
 
 typedef struct rate_case {
     const peer_scene_t *entry;
     settings_algorithm_t algorithm;
     renderer_t *renderer;
     work_space_t *space;
-    work_record_t records[RATE_MAX_LENGTHS]; /* seeds owned */
+    work_record_t records[RATE_MAX_RECORDS]; /* seeds owned */
     uint32_t record_count;
     double mutations;   /* of all records, or samples */
     double rays;        /* of all records, as the renderer counts them */
-    rays_log_t log;     /* of a small part of the work */
-    double share_timed; /* of the time inside Embree, by the time stamp counter */
-    double
-        merge_share; /* CPU seconds of encoding, decoding and adding units of real size, over those of their run */
-    double unit_bytes; /* that such a unit comes to on the wire */
+    double watch_part;  /* of the work: what is recorded, and timed ray by ray */
+    rays_log_t log;     /* of that part */
+    double merge_share; /* CPU seconds of encoding, decoding, adding units of real size, over those of their run */
+    double unit_bytes;  /* that such a unit comes to on the wire */
     size_t renderer_bytes, film_bytes;
 } rate_case_t;
 
@@ -36,6 +35,7 @@ typedef struct rate_figures {
     double rays_per_second;
     double raw_rays_per_second; /* of the recorded rays, traced again and nothing else */
     double share;               /* of the time inside Embree: rays x raw time of a ray / CPU time */
+    double share_timed;         /* the same by the time stamp counter around each call, on a part of the work */
 } rate_figures_t;
 
 /* Plans the work, records rays, measures what is measured once. `work` is in mutations, or samples. The scene is
