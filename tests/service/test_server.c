@@ -96,6 +96,7 @@ static int end(void **state)
 typedef struct player {
     transport_t *transport;
     uint64_t session;
+    uint32_t slots; /* said, and not used yet */
     transport_event_t event;
 } player_t;
 
@@ -143,22 +144,46 @@ static void say(player_t *player, const message_t *message)
         fail_msg("%s", fault.text);
 }
 
+static void be_ready(player_t *player, uint32_t slots)
+{
+    message_t ready = {.type = MESSAGE_READY};
+    ready.ready.slots = player->slots = slots;
+    say(player, &ready);
+}
+
+/* The next message. A player that a busy machine made silent for a lease is taken for gone by the server: it says
+ * HELLO again and is as ready as it was. */
+static fault_code_t receive(player_t *player, int timeout_ms, fault_t *fault)
+{
+    message_t hello = {.type = MESSAGE_HELLO, .hello = worker_hello};
+    TRY(transport_receive_within(player->transport, timeout_ms, &player->event, fault));
+    switch (player->event.message.type) {
+    case MESSAGE_WORK:
+        player->slots -= player->slots > 0;
+        break;
+    case MESSAGE_HELLO_WANTED:
+        hello.hello.session = player->session;
+        say(player, &hello);
+        break;
+    case MESSAGE_WELCOME:
+        if (player->slots > 0)
+            be_ready(player, player->slots);
+        break;
+    default:
+        break;
+    }
+    return FAULT_NONE;
+}
+
 /* The next message of the type; others are passed over. */
 static const message_t *hear(player_t *player, message_type_t type)
 {
     fault_t fault = {0};
     do
-        if (transport_receive_within(player->transport, PATIENCE_MS, &player->event, &fault) != FAULT_NONE)
+        if (receive(player, PATIENCE_MS, &fault) != FAULT_NONE)
             fail_msg("waiting for %s: %s", message_type_name(type), fault.text);
     while (player->event.message.type != type);
     return &player->event.message;
-}
-
-static void be_ready(player_t *player, uint32_t slots)
-{
-    message_t ready = {.type = MESSAGE_READY};
-    ready.ready.slots = slots;
-    say(player, &ready);
 }
 
 static void send_result(player_t *player, const message_lease_t *lease, const uint8_t *data, size_t size)
@@ -208,7 +233,7 @@ static bool do_unit(player_t *player, message_lease_t *lease)
     size_t size;
     be_ready(player, 1);
     do {
-        if (transport_receive_within(player->transport, PATIENCE_MS, &player->event, &fault) != FAULT_NONE)
+        if (receive(player, PATIENCE_MS, &fault) != FAULT_NONE)
             fail_msg("waiting for work: %s", fault.text);
         if (player->event.message.type == MESSAGE_CANCEL)
             return false;
@@ -230,13 +255,18 @@ static link_t *open_link(void)
     return link;
 }
 
-static uint64_t submit(link_t *link, int seed)
+static uint64_t submit_of(link_t *link, double mutations_per_pixel, int seed)
 {
     uint64_t job = 0;
     fault_t fault = {0};
-    if (link_submit(link, fixture_job(MUTATIONS, seed), fixture_bundle, &job, &fault) != FAULT_NONE)
+    if (link_submit(link, fixture_job(mutations_per_pixel, seed), fixture_bundle, &job, &fault) != FAULT_NONE)
         fail_msg("%s", fault.text);
     return job;
+}
+
+static uint64_t submit(link_t *link, int seed)
+{
+    return submit_of(link, MUTATIONS, seed);
 }
 
 static message_end_t await_end(link_t *link, uint64_t job, char *text, size_t size)
@@ -470,7 +500,7 @@ static void a_lease_that_a_heartbeat_does_not_name_is_given_away(void **state)
         usleep(50000);
         fault_t fault = {0};
         be_ready(&other, 1);
-        while (!seen && transport_receive_within(other.transport, 20, &other.event, &fault) == FAULT_NONE)
+        while (!seen && receive(&other, 20, &fault) == FAULT_NONE)
             seen = other.event.message.type == MESSAGE_WORK && other.event.message.work.lease.unit == dropped.unit;
     }
     assert_true(seen);
@@ -514,7 +544,7 @@ static void a_failing_job_disturbs_no_other(void **state)
         fault_t fault = {0};
         const message_t beat = {.type = MESSAGE_HEARTBEAT};
         assert_true(clock_now() < limit);
-        if (transport_receive_within(worker->transport, 50, &worker->event, &fault) != FAULT_NONE) {
+        if (receive(worker, 50, &fault) != FAULT_NONE) {
             say(worker, &beat);
             continue;
         }
@@ -545,11 +575,11 @@ static void a_failing_job_disturbs_no_other(void **state)
 static void two_jobs_get_equal_shares(void **state)
 {
     (void)state;
-    enum { SLOTS = 6 };
+    enum { SLOTS = 6, LONG = 10000 }; /* so long that the pilot alone has more units */
     player_t worker;
     int share[2] = {0};
     link_t *link = open_link();
-    const uint64_t jobs[2] = {submit(link, 1), submit(link, 2)};
+    const uint64_t jobs[2] = {submit_of(link, LONG, 1), submit_of(link, LONG, 2)};
     for (bool running = false; !running;) { /* both are set up */
         json_t *status;
         fault_t fault = {0};
