@@ -85,7 +85,7 @@ static void sides_follow_orientation_and_mirrors(void **state)
             char world[256];
             /* With normals the same must hold, by exchanging corners. */
             snprintf(world, sizeof world, "%s" TRIANGLE "%s", cases[i].before,
-                     normals ? "\"normal N\" [0 0 1 0 0 1 0 0 1]" : "");
+                     normals ? "\"normal N\" [0 0 1 0 .6 .8 0 0 1]" : "");
             reading_t r = read_world(world);
             expect(area_vector(&r.scene, 0, 0).z, 0.5 * cases[i].z, CLOSE);
             assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_NORMALS ? 1 : 0, normals);
@@ -96,6 +96,19 @@ static void sides_follow_orientation_and_mirrors(void **state)
             reading_end(&r);
         }
     }
+}
+
+static void normals_that_are_their_triangles_own_are_left_out(void **state)
+{
+    (void)state;
+    reading_t r = read_world(TRIANGLE "\"normal N\" [0 0 1 0 0 3 0 0 1]");
+    assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_NORMALS, 0);
+    reading_end(&r);
+    /* The side that they name is kept. */
+    r = read_world(TRIANGLE "\"normal N\" [0 0 -1 0 0 -1 0 0 -1]");
+    assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_NORMALS, 0);
+    expect(area_vector(&r.scene, 0, 0).z, -0.5, CLOSE);
+    reading_end(&r);
 }
 
 static void normals_decide_the_side_of_each_triangle(void **state)
@@ -111,7 +124,7 @@ static void normals_decide_the_side_of_each_triangle(void **state)
     reading_end(&r);
     /* Normals go with the inverse transpose: (1,1,0) under a stretch by 2 along x becomes (1/2, 1, 0). */
     r = read_world(
-        "Scale 2 1 1 Shape \"trianglemesh\" \"point3 P\" [1 0 0 0 1 0 0 1 1] \"normal N\" [1 1 0 1 1 0 1 1 0]");
+        "Scale 2 1 1 Shape \"trianglemesh\" \"point3 P\" [1 0 0 0 1 0 0 1 1] \"normal N\" [1 1 0 1 1 0 1 1 1]");
     expect_vec(r.scene.normals, 1 / sqrt(5), 2 / sqrt(5), 0, CLOSE);
     reading_end(&r);
 }
@@ -128,7 +141,7 @@ static void triangles_of_no_area_are_left_out(void **state)
     assert_true(reading_notes(&r, "test.pbrt:2: 3 triangles of no area"));
     reading_end(&r);
     /* A normal of no length is replaced by that of a triangle. */
-    r = read_world(TRIANGLE "\"normal N\" [0 0 0 0 0 1 0 0 1]");
+    r = read_world(TRIANGLE "\"normal N\" [0 0 0 0 0 1 0 .6 .8]");
     expect_vec(r.scene.normals, 0, 0, 1, CLOSE);
     assert_true(reading_notes(&r, "1 vertex normals"));
     reading_end(&r);
@@ -306,6 +319,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sides_follow_orientation_and_mirrors),
+        cmocka_unit_test(normals_that_are_their_triangles_own_are_left_out),
         cmocka_unit_test(normals_decide_the_side_of_each_triangle),
         cmocka_unit_test(triangles_of_no_area_are_left_out),
         cmocka_unit_test(texture_coordinates_belong_to_vertices),
