@@ -18,7 +18,7 @@ static void render_units(render_t *render)
     while (!plan_finished(render->plan)) {
         if (plan_next(render->plan, &unit, &record)) {
             work_result_t result;
-            uint8_t *data;
+            uint8_t *data = NULL;
             size_t size;
             plan_absorbed_t how;
             if (work_run(render->space, record, &cancel, &result, &fault) ||
