@@ -38,12 +38,12 @@
 
 #include "path/connect.h"
 
-/* Numbers with which technique s_new makes the path that technique (s, t) made, s + t >= 2, t >= 1, 0 <= s_new <= s
- * + t
- * - 1. `space` holds the two walks, of s and t vertices or more; the path carries light. camera gets
- * path_camera_dimensions(scene, s + t) numbers, light path_light_dimensions(s + t - 1). Free numbers are functions
- * of key. False if s_new cannot make the path (it would join at a specular vertex, or hit a delta light; the light
- * is never selected; rounding has moved a direction to where nothing scatters): numbers are then undefined. */
+/* Numbers with which technique s_new makes the path that technique (s, t) made; s + t >= 2, t >= 1, s_new < s + t.
+ * `space` holds the two walks, of s and t vertices or more; the path carries light. Fills camera with
+ * path_camera_dimensions(scene, s + t) numbers, light with path_light_dimensions(s + t - 1): those of every
+ * technique of the length. Free numbers are functions of key. False if s_new cannot make the path (it would join at
+ * a specular vertex, or hit a delta light; the light is never selected; rounding has moved a direction to where
+ * nothing scatters): the numbers are then undefined. */
 bool path_invert(const path_scene_t *scene, const path_space_t *space, uint32_t s, uint32_t t, uint32_t s_new,
                  uint64_t key, double *camera, double *light);
 

@@ -20,6 +20,8 @@ void trip_begin(trip_t *trip, const char *name)
     trip->y = calloc(1, sizeof *trip->y);
     assert_non_null(trip->x);
     assert_non_null(trip->y);
+    trip->z = calloc(1, sizeof *trip->z);
+    assert_non_null(trip->z);
 }
 
 void trip_length(trip_t *trip, uint32_t k)
@@ -33,6 +35,7 @@ void trip_end(trip_t *trip)
 {
     free(trip->x);
     free(trip->y);
+    free(trip->z);
     path_scene_clear(&trip->ps);
     inverse_scene_clear();
 }

@@ -7,7 +7,7 @@
 
 typedef struct trip {
     path_scene_t ps;
-    path_space_t *x, *y; /* the path, and the path made again */
+    path_space_t *x, *y, *z; /* the path, the path made again, and once more on the way back */
     target_t target;
     double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];         /* x's numbers */
     double camera_new[PATH_MAX_DIMENSIONS], light_new[PATH_MAX_DIMENSIONS]; /* y's */

@@ -15,9 +15,9 @@
  * What fails are rays within Embree's reach of an edge (2^-20 of a coordinate, surface.h): 1e-6 of the surface for
  * each vertex in the rooms, 1e-3 of the light for each hit of the tiny one. */
 static const double share_of_all = 1e-3, share_of_scene = 3e-3, share_of_ten = 1e-2;
-/* Contributions: relative. The same roundings over the narrowest lobe's width (0.1) or a corner's distance; on a
- * sphere's silhouette the square root of them. Few may be off by more. */
-static const double tolerance = 1e-6, share_off = 1e-4;
+/* Contributions: relative, over the width of the scene's narrowest lobe (its alpha). The same roundings; next to a
+ * corner over its distance, on a sphere's silhouette their square root. Few may be off by more. */
+static const double tolerance_of_one = 1e-7, usual_width = 0.1, share_off = 1e-4;
 
 typedef bool invert_fn(const path_scene_t *, const path_space_t *, uint32_t, uint32_t, uint32_t, uint64_t, double *,
                        double *);
@@ -25,8 +25,10 @@ typedef bool invert_fn(const path_scene_t *, const path_space_t *, uint32_t, uin
 typedef struct tally {
     invert_fn *invert;
     bool extreme;
+    double tolerance; /* of contributions */
     uint64_t trips, causes[PATH_INVERSE_FAILURES];
-    uint64_t off; /* contributions beyond the tolerance */
+    uint64_t one_way; /* the path as made again doesn't lead back to the technique it came from */
+    uint64_t off;     /* contributions beyond the tolerance */
     double moved, changed;
 } tally_t;
 
@@ -42,6 +44,16 @@ static void check_numbers(const double *u, uint32_t count)
     for (uint32_t i = 0; i < count; i++)
         if (!(u[i] >= 0 && u[i] < 1))
             fail_msg("number %u is %.17g", i, u[i]);
+}
+
+/* From y, made by technique j, back to s. */
+static bool leads_back(trip_t *trip, uint32_t s, uint32_t j, uint64_t key)
+{
+    const uint32_t t = trip->target.length + 1 - j;
+    path_check_t check;
+    return path_invert(&trip->ps, trip->y, j, t, s, key, trip->camera_new, trip->light_new) &&
+           !path_verify(&trip->ps, trip->y, j, t, trip->z, s, trip->camera_new, trip->light_new,
+                        &trip->target.techniques, &check);
 }
 
 static void tally_trip(trip_t *trip, uint32_t s, uint32_t j, double c, uint64_t key, tally_t *tally)
@@ -61,10 +73,11 @@ static void tally_trip(trip_t *trip, uint32_t s, uint32_t j, double c, uint64_t 
     tally->causes[cause]++;
     if (cause != PATH_INVERSE_AGREES)
         return;
+    tally->one_way += !leads_back(trip, s, j, random_step(key, 1));
     const double again = target_scalar(trip->target.kind, check.value.value);
     assert_true(again > 0 && again < 1e300);
     const double changed = fabs(again - c) / fmax(again, c);
-    tally->off += !(changed <= tolerance);
+    tally->off += !(changed <= tally->tolerance);
     tally->moved = fmax(tally->moved, check.error);
     tally->changed = fmax(tally->changed, changed);
 }
@@ -87,27 +100,28 @@ static void tally_print(const char *name, const tally_t *tally)
 {
     const uint64_t *c = tally->causes;
     print_message(
-        "%s: %llu round trips, share failing %.2g (void %llu, short %llu, kind %llu, moved %llu, dark %llu); "
-        "largest movement %.2g, change of C %.2g, %llu off\n",
+        "%s: %llu round trips, share failing %.2g (void %llu, short %llu, kind %llu, moved %llu, dark %llu), "
+        "%llu one-way; largest movement %.2g, change of C %.2g, %llu off\n",
         name, (unsigned long long)tally->trips, share(tally), (unsigned long long)c[PATH_INVERSE_VOID],
         (unsigned long long)c[PATH_INVERSE_SHORT], (unsigned long long)c[PATH_INVERSE_KIND],
         (unsigned long long)c[PATH_INVERSE_MOVED], (unsigned long long)c[PATH_INVERSE_CARRIES_NOTHING],
-        tally->moved, tally->changed, (unsigned long long)tally->off);
+        (unsigned long long)tally->one_way, tally->moved, tally->changed, (unsigned long long)tally->off);
 }
 
-static void check_scene(const char *name)
+static void check_scene(const char *name, double width)
 {
     enum { LONGEST = 8, PATHS = 1000 };
     static trip_t trip;
     trip_begin(&trip, name);
     invert_fn *const both[2] = {path_invert, path_invert_jump};
     for (int way = 0; way < 2; way++) {
-        tally_t tally = {.invert = both[way]};
+        tally_t tally = {.invert = both[way], .tolerance = tolerance_of_one / width};
         for (uint32_t k = 1; k <= LONGEST; k++)
             tally_length(&trip, k, PATHS, &tally);
         tally_print(way ? "  (numbers kept)" : name, &tally);
         assert_true(tally.trips > 1000);
         assert_true(share(&tally) <= share_of_scene);
+        assert_true((double)tally.one_way <= share_of_scene * (double)tally.trips);
         assert_true((double)tally.off <= share_off * (double)tally.trips);
         all.trips += tally.trips;
         all.causes[PATH_INVERSE_AGREES] += tally.causes[PATH_INVERSE_AGREES];
@@ -115,27 +129,28 @@ static void check_scene(const char *name)
     trip_end(&trip);
 }
 
-#define SCENE_TEST(function, name)                                                                                 \
+#define SCENE_TEST(function, name, width)                                                                          \
     static void function(void **state)                                                                             \
     {                                                                                                              \
         (void)state;                                                                                               \
-        check_scene(name);                                                                                         \
+        check_scene(name, width);                                                                                  \
     }
 
-SCENE_TEST(diffuse_room, "diffuse")
-SCENE_TEST(glossy_room, "glossy")
-SCENE_TEST(specular_room, "glass")
-SCENE_TEST(caustics, "caustics")
-SCENE_TEST(point_and_spot, "delta-lights")
-SCENE_TEST(sky_and_sun, "environment")
-SCENE_TEST(constant_sky, "sky")
-SCENE_TEST(tiny_light, "tiny-light")
-SCENE_TEST(lens_and_filter, "lens")
-SCENE_TEST(transmitting_screens, "transmission")
-SCENE_TEST(interpolated_normals, "normals")
-SCENE_TEST(skies_and_textures, "skies")
-SCENE_TEST(lamps_and_mixtures, "lamps")
-SCENE_TEST(furnace_with_glass, "glass-furnace")
+SCENE_TEST(diffuse_room, "diffuse", usual_width)
+SCENE_TEST(glossy_room, "glossy", usual_width)
+SCENE_TEST(specular_room, "glass", usual_width)
+SCENE_TEST(caustics, "caustics", usual_width)
+SCENE_TEST(point_and_spot, "delta-lights", usual_width)
+SCENE_TEST(sky_and_sun, "environment", usual_width)
+SCENE_TEST(constant_sky, "sky", usual_width)
+SCENE_TEST(tiny_light, "tiny-light", usual_width)
+SCENE_TEST(lens_and_filter, "lens", usual_width)
+SCENE_TEST(transmitting_screens, "transmission", usual_width)
+SCENE_TEST(interpolated_normals, "normals", usual_width)
+SCENE_TEST(skies_and_textures, "skies", usual_width)
+SCENE_TEST(lamps_and_mixtures, "lamps", usual_width)
+SCENE_TEST(narrow_lobes, "narrow", 1e-4)
+SCENE_TEST(furnace_with_glass, "glass-furnace", usual_width)
 
 static void few_fail_overall(void **state)
 {
@@ -157,12 +172,13 @@ static void long_paths_among_glass(void **state)
     } lengths[] = {{10, 1000, 1e-2, 1e-3}, {30, 300, 1e-2, 2e-3}, {50, 200, 3e-2, 2e-3}};
     for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++)
         for (int way = 0; way < 2; way++) {
-            tally_t tally = {.invert = way ? path_invert_jump : path_invert};
+            tally_t tally = {.invert = way ? path_invert_jump : path_invert, .tolerance = 1e-3};
             tally_length(&trip, lengths[i].k, lengths[i].paths, &tally);
             char name[32];
             snprintf(name, sizeof name, "length %u%s", lengths[i].k, way ? ", numbers kept" : "");
             tally_print(name, &tally);
             assert_true(tally.trips > 500);
+            assert_true((double)tally.off <= 1e-3 * (double)tally.trips);
             assert_true(share(&tally) <= (way ? lengths[i].most_kept : lengths[i].most));
         }
     trip_end(&trip);
@@ -175,10 +191,11 @@ static void length_ten(void **state)
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         static trip_t trip;
         trip_begin(&trip, scenes[i]);
-        tally_t tally = {.invert = path_invert};
+        tally_t tally = {.invert = path_invert, .tolerance = 1e-6};
         tally_length(&trip, 10, 1000, &tally);
         tally_print(scenes[i], &tally);
         assert_true(tally.trips > 300);
+        assert_true((double)tally.off <= 1e-3 * (double)tally.trips);
         assert_true(share(&tally) <= share_of_ten);
         trip_end(&trip);
     }
@@ -195,7 +212,7 @@ static void extreme_numbers(void **state)
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         static trip_t trip;
         trip_begin(&trip, scenes[i]);
-        tally_t tally = {.invert = path_invert, .extreme = true};
+        tally_t tally = {.invert = path_invert, .extreme = true, .tolerance = 1e-6};
         for (uint32_t k = 1; k <= 6; k++)
             tally_length(&trip, k, 1000, &tally);
         tally_print(scenes[i], &tally);
@@ -209,15 +226,16 @@ static void extreme_numbers(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(diffuse_room),           cmocka_unit_test(glossy_room),
-        cmocka_unit_test(specular_room),          cmocka_unit_test(caustics),
-        cmocka_unit_test(point_and_spot),         cmocka_unit_test(sky_and_sun),
-        cmocka_unit_test(constant_sky),           cmocka_unit_test(tiny_light),
-        cmocka_unit_test(lens_and_filter),        cmocka_unit_test(transmitting_screens),
-        cmocka_unit_test(interpolated_normals),   cmocka_unit_test(skies_and_textures),
-        cmocka_unit_test(lamps_and_mixtures),     cmocka_unit_test(furnace_with_glass),
-        cmocka_unit_test(few_fail_overall),       cmocka_unit_test(length_ten),
-        cmocka_unit_test(long_paths_among_glass), cmocka_unit_test(extreme_numbers),
+        cmocka_unit_test(diffuse_room),         cmocka_unit_test(glossy_room),
+        cmocka_unit_test(specular_room),        cmocka_unit_test(caustics),
+        cmocka_unit_test(point_and_spot),       cmocka_unit_test(sky_and_sun),
+        cmocka_unit_test(constant_sky),         cmocka_unit_test(tiny_light),
+        cmocka_unit_test(lens_and_filter),      cmocka_unit_test(transmitting_screens),
+        cmocka_unit_test(interpolated_normals), cmocka_unit_test(skies_and_textures),
+        cmocka_unit_test(lamps_and_mixtures),   cmocka_unit_test(narrow_lobes),
+        cmocka_unit_test(furnace_with_glass),   cmocka_unit_test(few_fail_overall),
+        cmocka_unit_test(length_ten),           cmocka_unit_test(long_paths_among_glass),
+        cmocka_unit_test(extreme_numbers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
