@@ -6,11 +6,16 @@
  * numbers that the current or the proposed technique uses are touched: the set is the same seen from either end, so
  * symmetry holds.
  *
+ * With reversible jumps (rjmlt) small steps keep the technique, and jumps change it and leave the path (jump.h).
+ *
  * Expected values (Veach 1997, 11.3.1): each step adds the proposal with weight a and the current state with 1 - a;
  * the current state's weights are gathered until it is left. A proposal without contribution never enters a ratio.
  *
  * Large steps are independent samples: their C estimates b_k on the way.
  */
+#include <string.h>
+
+#include "chain/jump.h"
 #include "chain/unit.h"
 
 typedef struct chain {
@@ -53,6 +58,24 @@ static void chain_splat(chain_t *chain, const target_value_t *value, double weig
                draw);
 }
 
+/* The path stays where it is, so its weight is one more whole step. */
+static void chain_jump(chain_t *chain, uint64_t key, work_stats_t *stats)
+{
+    uint32_t s;
+    target_value_t value;
+    chain->gathered += 1;
+    stats->proposed[WORK_MOVE_JUMP]++;
+    if (!jump_propose(chain->space, chain->target, chain->s, key, &s, &value))
+        return;
+    stats->accepted[WORK_MOVE_JUMP] += 1;
+    if (s == chain->s)
+        return;
+    chain->s = s;
+    chain->current = value;
+    memcpy(chain->camera, chain->camera_new, sizeof(double) * chain->target->camera_count);
+    memcpy(chain->light, chain->light_new, sizeof(double) * chain->target->light_count);
+}
+
 static void chain_step(chain_t *chain, uint64_t step, work_stats_t *stats)
 {
     work_space_t *space = chain->space;
@@ -60,9 +83,13 @@ static void chain_step(chain_t *chain, uint64_t step, work_stats_t *stats)
     const settings_t *settings = &space->renderer->settings;
     const uint64_t key = random_step(chain->key, step);
     const double choice = random_double(key, UNIT_DRAW_MOVE);
-    const bool large = choice < settings->large_step;
-    const bool redraw =
-        large || choice < settings->large_step + (1 - settings->large_step) * settings->technique_step;
+    const bool large = choice < settings->large_step, jumps = settings->algorithm == SETTINGS_RJMLT;
+    if (jumps && !large && choice < settings->large_step + settings->jump_step) {
+        chain_jump(chain, key, stats);
+        return;
+    }
+    const double technique_step = jumps ? 0 : (1 - settings->large_step) * settings->technique_step;
+    const bool redraw = large || choice < settings->large_step + technique_step;
     const uint32_t s = redraw ? chain_draw_technique(chain, key) : chain->s;
     const work_move_t move = large ? WORK_MOVE_LARGE : redraw ? WORK_MOVE_TECHNIQUE : WORK_MOVE_SMALL;
     const uint32_t k = target->length;

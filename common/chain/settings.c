@@ -10,6 +10,7 @@ void settings_default(settings_t *settings)
         .kernel = SETTINGS_KERNEL_KELEMEN,
         .large_step = 0.1,
         .technique_step = 0.03,
+        .jump_step = 0.05,
         .step_min = 1.0 / 1024,
         .step_max = 1.0 / 64,
     };
@@ -17,6 +18,6 @@ void settings_default(settings_t *settings)
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
 {
-    static const char *const names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt"};
+    static const char *const names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt", "rjmlt"};
     return (unsigned)algorithm < SETTINGS_ALGORITHMS ? names[algorithm] : "?";
 }

@@ -7,9 +7,10 @@
 #include <stdint.h>
 
 typedef enum settings_algorithm {
-    SETTINGS_PT = 0,   /* independent samples, techniques s <= 1 */
-    SETTINGS_BDPT = 1, /* independent samples, all techniques */
-    SETTINGS_MMLT = 2, /* multiplexed Metropolis light transport (Hachisuka, Kaplanyan, Dachsbacher 2014) */
+    SETTINGS_PT = 0,    /* independent samples, techniques s <= 1 */
+    SETTINGS_BDPT = 1,  /* independent samples, all techniques */
+    SETTINGS_MMLT = 2,  /* multiplexed Metropolis light transport (Hachisuka, Kaplanyan, Dachsbacher 2014) */
+    SETTINGS_RJMLT = 3, /* the same with reversible jumps between techniques (Bitterli, Jarosz 2017) */
     SETTINGS_ALGORITHMS
 } settings_algorithm_t;
 
@@ -26,7 +27,8 @@ typedef struct settings {
     settings_target_t target;
     settings_kernel_t kernel;
     double large_step;         /* probability of a large step */
-    double technique_step;     /* probability that a small step draws the technique anew */
+    double technique_step; /* mmlt: probability that a small step draws the technique anew */
+    double jump_step;      /* rjmlt: probability of a technique jump */
     double step_min, step_max; /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
     uint64_t chain_length;     /* mutations a chain makes; 0: chosen by the plan */
     uint64_t pilot_samples;    /* candidates a path length; 0: chosen by the plan */

@@ -17,6 +17,7 @@ struct renderer {
 struct work_space {
     const renderer_t *renderer;
     path_space_t path;
+    path_space_t *other; /* rjmlt: a second one, to make paths again in */
     double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];         /* the current state's numbers */
     double camera_new[PATH_MAX_DIMENSIONS], light_new[PATH_MAX_DIMENSIONS]; /* the proposal's */
     film_t film;                                                            /* made when first needed */

@@ -105,6 +105,13 @@ fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, faul
         work_space_destroy(&space);
         return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
     }
+    if (renderer->settings.algorithm == SETTINGS_RJMLT) {
+        space->other = calloc(1, sizeof *space->other);
+        if (!space->other) {
+            work_space_destroy(&space);
+            return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
+        }
+    }
     *out = space;
     return FAULT_NONE;
 }
@@ -114,6 +121,7 @@ void work_space_destroy(work_space_t **space)
     if (!*space)
         return;
     film_clear(&(*space)->film);
+    free((*space)->other);
     free((*space)->moments);
     free((*space)->weights);
     free((*space)->features);

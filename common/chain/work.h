@@ -81,7 +81,13 @@ typedef enum work_reject {
     WORK_REJECTS
 } work_reject_t;
 
-typedef enum work_move { WORK_MOVE_LARGE = 0, WORK_MOVE_SMALL, WORK_MOVE_TECHNIQUE, WORK_MOVES } work_move_t;
+typedef enum work_move {
+    WORK_MOVE_LARGE = 0,
+    WORK_MOVE_SMALL,
+    WORK_MOVE_TECHNIQUE,
+    WORK_MOVE_JUMP,
+    WORK_MOVES
+} work_move_t;
 
 typedef struct work_stats {
     double cpu_seconds;

@@ -71,6 +71,10 @@ static bool path_finish(path_space_t *space, const path_join_t *join, const path
         }
         weight = (double)(1 / sum);
     }
+    space->end_ratios[0] = join->y_last;
+    space->end_ratios[1] = join->y_previous;
+    space->end_ratios[2] = join->z_last;
+    space->end_ratios[3] = join->z_previous;
     out->value = rgb_scale(unweighted, weight);
     if (__builtin_expect(!isfinite(out->value.r + out->value.g + out->value.b), 0)) {
         space->rejects[PATH_REJECT_VALUE]++;
@@ -254,4 +258,36 @@ bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint3
                               .z_last = t == 1 ? 0 : from.pdf * cos_z * inverse / z->pdf,
                               .z_previous = to.previous};
     return path_finish(space, &join, techniques, unweighted, out);
+}
+
+bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_techniques_t *techniques,
+                            double *weights)
+{
+    const path_join_t join = {.s = s,
+                              .t = t,
+                              .y = space->light,
+                              .z = space->camera,
+                              .y0_hittable = s > 0 && !space->light[0].delta,
+                              .y_last = space->end_ratios[0],
+                              .y_previous = space->end_ratios[1],
+                              .z_last = space->end_ratios[2],
+                              .z_previous = space->end_ratios[3]};
+    /* p_j / p_s: products of the ratios of the vertices that change sides */
+    double sum = weights[s] = 1, product = 1;
+    for (uint32_t i = s; i-- > 0;) {
+        product *= join_ratio_y(&join, i);
+        weights[i] = join_open_y(&join, techniques->allowed, i) ? product : 0;
+        sum += weights[i];
+    }
+    product = 1;
+    for (uint32_t i = t; --i > 0;) {
+        product *= join_ratio_z(&join, i);
+        weights[s + t - i] = join_open_z(&join, techniques->allowed, i) ? product : 0;
+        sum += weights[s + t - i];
+    }
+    if (!(sum < 1e300))
+        return false;
+    for (uint32_t j = 0; j < s + t; j++)
+        weights[j] /= sum;
+    return true;
 }

@@ -29,4 +29,10 @@ typedef struct path_techniques {
 bool path_connect(const path_scene_t *scene, path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
                   const path_techniques_t *techniques, path_value_t *out);
 
+/* The balance-heuristic weights of all techniques for the path that the last call of path_connect joined from (s,
+ * t) in this space (y0 null): weights[j], j = 0 .. s + t - 1; they sum to one. False where they leave double's
+ * range. */
+bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_techniques_t *techniques,
+                            double *weights);
+
 #endif

@@ -58,6 +58,8 @@ typedef struct path_space {
     path_vertex_t light[PATH_MAX_VERTICES];
     vec2_t raster; /* of the camera walk */
     uint64_t rays, shadow_rays, rejects[PATH_REJECTS];
+    /* Of the last connection that carried light: reverse density over density at y_{s-1}, y_{s-2}, z_{t-1}, z_{t-2}. */
+    double end_ratios[4];
     bsdf_t camera_bsdf[PATH_MAX_VERTICES]; /* for materials with textures; else untouched */
     bsdf_t light_bsdf[PATH_MAX_VERTICES];
 } path_space_t;

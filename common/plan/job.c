@@ -46,7 +46,7 @@ static fault_code_t job_read_path(const json_t *object, const char *path, const 
 }
 
 static const char *const filter_names[SCENE_FILTER_KINDS] = {"box", "triangle", "gaussian"};
-static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt"};
+static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt", "rjmlt"};
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
 
@@ -74,7 +74,7 @@ static fault_code_t job_read_film(const json_t *root, settings_t *settings, faul
 
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
-    static const char *const names[] = {"large_step", "technique_step", "kernel",        "step_min",
+    static const char *const names[] = {"large_step", "technique_step", "jump_step",     "kernel", "step_min",
                                         "step_max",   "length",         "pilot_samples", NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
@@ -85,6 +85,11 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     int64_t length = 0, pilot = 0;
     TRY(json_read_double_or(chains, "chains", "large_step", 0, 1, &settings->large_step, fault));
     TRY(json_read_double_or(chains, "chains", "technique_step", 0, 1, &settings->technique_step, fault));
+    TRY(json_read_double_or(chains, "chains", "jump_step", 0, 1, &settings->jump_step, fault));
+    if (settings->algorithm == SETTINGS_RJMLT && settings->large_step + settings->jump_step > 1)
+        return fault_set(fault, FAULT_RANGE,
+                         "chains.jump_step: %g, expected at most 1 - chains.large_step, which is %g",
+                         settings->jump_step, 1 - settings->large_step);
     TRY(job_read_choice(chains, "chains", "kernel", kernel_names, 2, &kernel, fault));
     TRY(json_read_double_or(chains, "chains", "step_min", 1e-9, 0.5, &settings->step_min, fault));
     TRY(json_read_double_or(chains, "chains", "step_max", 1e-9, 0.5, &settings->step_max, fault));
@@ -192,6 +197,7 @@ char *job_print(const job_t *job)
     json_t *chains = json_new_object();
     json_add_number(chains, "large_step", s->large_step);
     json_add_number(chains, "technique_step", s->technique_step);
+    json_add_number(chains, "jump_step", s->jump_step);
     json_add_string(chains, "kernel", kernel_names[s->kernel]);
     json_add_number(chains, "step_min", s->step_min);
     json_add_number(chains, "step_max", s->step_max);

@@ -4,7 +4,7 @@
 
 #include "plan/plan_state.h"
 
-static const char *const move_names[WORK_MOVES] = {"large", "small", "technique"};
+static const char *const move_names[WORK_MOVES] = {"large", "small", "technique", "jump"};
 static const char *const reject_names[WORK_REJECTS] = {"nonfinite_ray", "nonfinite_weight", "nonfinite_value",
                                                        "negative_value"};
 

@@ -78,7 +78,7 @@ struct plan {
 
 static inline bool plan_is_chains(const plan_t *plan)
 {
-    return plan->settings.algorithm == SETTINGS_MMLT;
+    return plan->settings.algorithm >= SETTINGS_MMLT;
 }
 
 /* plan.c */

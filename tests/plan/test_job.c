@@ -155,7 +155,7 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','film':{'filter_radius':2}}", FAULT_FORMAT, "film.filter_radius",
            "film.filter, which is missing");
     refuse("{'scene':'x','algorithm':'MMLT'}", FAULT_UNKNOWN, "algorithm: \"MMLT\"",
-           "\"pt\", \"bdpt\" or \"mmlt\"");
+           "\"pt\", \"bdpt\", \"mmlt\" or \"rjmlt\"");
     refuse("{'scene':'x','max_path_length':0}", FAULT_RANGE, "max_path_length", "1 to 127");
     refuse("{'scene':'x','max_path_length':128}", FAULT_RANGE, "max_path_length", "1 to 127");
     refuse("{'scene':'x','seed':'18446744073709551616'}", FAULT_RANGE, "seed", "2^64");
