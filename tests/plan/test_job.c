@@ -219,8 +219,8 @@ static void assert_round_trip(const job_t *job)
         a->algorithm == b->algorithm && a->width == b->width && a->height == b->height && a->filter == b->filter &&
         a->filter_radius == b->filter_radius && a->max_path_length == b->max_path_length && a->seed == b->seed &&
         a->target == b->target && a->kernel == b->kernel && a->large_step == b->large_step &&
-        a->technique_step == b->technique_step && a->step_min == b->step_min && a->step_max == b->step_max &&
-        a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
+        a->technique_step == b->technique_step && a->jump_step == b->jump_step && a->step_min == b->step_min &&
+        a->step_max == b->step_max && a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
     assert_true(job->stop.mutations_per_pixel == back.stop.mutations_per_pixel &&
                 job->stop.seconds == back.stop.seconds && job->stop.error == back.stop.error &&
                 job->preview_exposure == back.preview_exposure);
@@ -267,6 +267,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->kernel = coin() ? SETTINGS_KERNEL_GAUSSIAN : SETTINGS_KERNEL_KELEMEN;
         s->large_step = number(0, 1);
         s->technique_step = number(0, 1);
+        s->jump_step = number(0, 1 - s->large_step);
         s->step_max = number(1e-9, 0.5);
         s->step_min = coin() ? s->step_max : 1e-9;
         s->chain_length = coin() ? (uint64_t)number(1, 4e9) : 0;
