@@ -214,7 +214,7 @@ static void draw_law(plot_t *plot, const failure_law_t *l, int column)
     plot_axes(plot, &panel);
 }
 
-/* Bars above 2 are cut; the figure above the bar tells. */
+/* Bars above 2 are cut; the figure below the bar tells. */
 static void draw_errors(plot_t *plot, const failure_report_t *r, int s)
 {
     char title[64];
@@ -233,8 +233,8 @@ static void draw_errors(plot_t *plot, const failure_report_t *r, int s)
         const double height = r->relative[s][m].mean;
         snprintf(figure, sizeof figure, "%.2f", height);
         plot_bar(plot, &panel, m + 0.15, m + 0.85, height, colours[m]);
-        plot_words(plot, panel.left + panel.width * (m + 0.5) / FAILURE_METHODS,
-                   panel.top + panel.height * (1 - math_min(height, 1.8) / 2) - 4, "middle", figure);
+        plot_words(plot, panel.left + panel.width * (m + 0.5) / FAILURE_METHODS, panel.top + panel.height + 14,
+                   "middle", figure);
     }
     plot_level(plot, &panel, 1, PLOT_BLACK);
     plot_axes(plot, &panel);
@@ -242,7 +242,7 @@ static void draw_errors(plot_t *plot, const failure_report_t *r, int s)
 
 char *failure_report_svg(const failure_report_t *r)
 {
-    const int width = LEFT + COLUMN * FAILURE_REPORT_LAWS, height = LOWER + PANEL_HEIGHT + 40;
+    const int width = LEFT + COLUMN * FAILURE_REPORT_LAWS, height = LOWER + PANEL_HEIGHT + 48;
     plot_t *plot = plot_new(width, height, "Failed proposals: the rectified chain's bias, and the methods' errors");
     for (int i = 0; i < FAILURE_REPORT_LAWS; i++)
         draw_law(plot, &r->laws[i], i);

@@ -101,7 +101,7 @@ json_t *jump_report_json(const jump_report_t *r)
 
 /* ---- the picture: a column a variant, two rows a small step ---- */
 
-enum { PANEL_WIDTH = 190, PANEL_HEIGHT = 120, COLUMN = 210, ROW = 165, LEFT = 64, TOP = 66 };
+enum { PANEL_WIDTH = 190, PANEL_HEIGHT = 120, COLUMN = 226, ROW = 175, LEFT = 64, TOP = 66 };
 static const char *const colours[TECHNIQUES] = {PLOT_BLUE, PLOT_GREEN, PLOT_RED};
 
 static plot_panel_t panel_at(int row, int column, double y1)
@@ -154,7 +154,7 @@ static void draw_column(plot_t *plot, const jump_report_t *r, int size, int vari
     const jump_figures_t *f = &r->figures[size][variant];
     char title[64];
     snprintf(title, sizeof title, "%s: %.4f", jump_names[variant], f->total_variation);
-    plot_panel_t states = panel_at(2 * size, variant, 2), weights = panel_at(2 * size + 1, variant, 1);
+    plot_panel_t states = panel_at(2 * size, variant, 2.4), weights = panel_at(2 * size + 1, variant, 1);
     states.title = title;
     weights.x_label = "x";
     char y_label[64];
@@ -178,6 +178,6 @@ char *jump_report_svg(const jump_report_t *r)
     for (int t = 0; t < TECHNIQUES; t++)
         plot_key(plot, LEFT + 90 * t, height - 12, colours[t], techniques_names[t]);
     plot_key(plot, LEFT + 290, height - 12, PLOT_BLACK, "exact weights, summed");
-    plot_key(plot, LEFT + 450, height - 12, PLOT_ORANGE, "exact target");
+    plot_key(plot, LEFT + 470, height - 12, PLOT_ORANGE, "exact target");
     return plot_finish(&plot);
 }

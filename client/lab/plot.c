@@ -71,8 +71,10 @@ void plot_axes(plot_t *plot, const plot_panel_t *p)
 static void box(plot_t *plot, const plot_panel_t *p, double x0, double x1, double y0, double y1, const char *colour)
 {
     const double left = place_x(p, x0), top = place_y(p, y1);
-    fprintf(plot->out, "<rect x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" height=\"%.2f\" fill=\"%s\"/>\n", left, top,
-            place_x(p, x1) - left, math_max(place_y(p, y0) - top, 0), colour);
+    fprintf(
+        plot->out,
+        "<rect x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" height=\"%.2f\" fill=\"%s\" shape-rendering=\"crispEdges\"/>\n",
+        left, top, place_x(p, x1) - left, math_max(place_y(p, y0) - top, 0), colour);
 }
 
 void plot_bars(plot_t *plot, const plot_panel_t *p, const double *base, const double *top, int count,
