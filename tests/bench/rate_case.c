@@ -203,14 +203,15 @@ static fault_code_t rate_record(rate_case_t *rate, fault_t *fault)
     return FAULT_NONE;
 }
 
-/* Times the same part ray by ray. Whatever else the machine does meanwhile counts for both figures alike. */
+/* Times the same part ray by ray. */
 static fault_code_t rate_time(const rate_case_t *rate, double *share, fault_t *fault)
 {
     double rays;
+    const double ticks = rays_ticks_per_second();
     rays_start(RAYS_TIME, NULL);
-    const uint64_t start = rays_ticks_now();
+    const double start = clock_thread_cpu();
     const fault_code_t code = rate_work(rate, rate->space, rate->watch_part, 0, &rays, fault);
-    *share = (double)rays_ticks_inside() / (double)(rays_ticks_now() - start);
+    *share = (double)rays_ticks_inside() / (ticks * (clock_thread_cpu() - start));
     rays_stop();
     return code;
 }

@@ -35,10 +35,11 @@ void rays_log_clear(rays_log_t *log);
 void rays_start(rays_mode_t mode, rays_log_t *log);
 void rays_stop(void); /* back to RAYS_PASS */
 
-/* Time stamps spent inside Embree since rays_start(RAYS_TIME), the clock's own cost taken off, and the calls. */
+/* Time stamps spent inside Embree since rays_start(RAYS_TIME), the clock's own cost taken off; calls in which the
+ * thread was interrupted are left out. */
 uint64_t rays_ticks_inside(void);
-uint64_t rays_calls_timed(void);
 uint64_t rays_ticks_now(void);
+double rays_ticks_per_second(void); /* measured for 20 ms */
 
 /* Traces the recorded rays again, in their order; CPU seconds of the calls, the loop's own cost taken off. */
 double rays_replay(const rays_log_t *log);
