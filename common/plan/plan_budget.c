@@ -16,6 +16,8 @@ enum {
     UNIT_SMALLEST = 1 << 20,
     UNIT_LARGEST = 1 << 23, /* mutations a unit: packing its film must cost little beside them */
     UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
+    UNITS_TIMED = 64,       /* that a rule of seconds leaves room for on one slow worker */
+    USUAL_RATE = 1000000,   /* mutations a second of one worker, about */
     FEATURE_RAYS = 1 << 17  /* a unit */
 };
 
@@ -40,8 +42,8 @@ void plan_size_pilot(plan_t *plan)
         candidates = PILOT_SCALE;
     else if (plan->mutations_total > 0) /* a tenth of the work */
         candidates = plan->mutations_total / (10 * SAMPLE_MUTATIONS);
-    else if (stop->seconds > 0) /* a tenth of the time of one worker, at a hundred thousand a second */
-        candidates = stop->seconds * 1e4;
+    else if (stop->seconds > 0) /* a tenth of the time of one worker, at sixty thousand a second */
+        candidates = stop->seconds * 6e3;
     if (candidates > PILOT_MOST)
         candidates = PILOT_MOST;
     plan->candidates = at_least((uint64_t)candidates, PILOT_LEAST);
@@ -126,7 +128,10 @@ static uint64_t budget_samples(const plan_t *plan, uint64_t budget)
 
 static void budget_units(plan_t *plan)
 {
-    const uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
+    uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
+    const double seconds = plan->job.stop.seconds;
+    if (seconds > 0 && seconds < 1e6) /* a short render is cut finer: for its error, and to end in time */
+        usual = at_most(usual, at_least((uint64_t)(seconds * USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
     const uint64_t chain = plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
