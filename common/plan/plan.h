@@ -27,11 +27,11 @@ typedef enum plan_phase { PLAN_PILOT = 0, PLAN_RENDER = 1, PLAN_DONE = 2 } plan_
 fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, fault_t *fault);
 void plan_destroy(plan_t **plan);
 
-/* Hands out the next unit that was never handed out: its id and record (owned by the plan until the unit is
- * absorbed or the plan ends). False if there is none at present: all pilot units are out but not yet in, or all is
+/* Hands out the next unit that was never handed out: its id and record (owned by the plan, valid until the next
+ * call of plan_next or plan_absorb). False if there is none at present: all pilot units are out but not yet in, or all is
  * handed out or stopped. */
 bool plan_next(plan_t *plan, uint64_t *unit, const work_record_t **record);
-/* The record of a unit that is out and not yet in; null otherwise. */
+/* The record of a unit that is out and not yet in, valid as long; null otherwise. */
 const work_record_t *plan_record(const plan_t *plan, uint64_t unit);
 
 typedef enum plan_absorbed { PLAN_MERGED = 0, PLAN_DUPLICATE = 1, PLAN_UNKNOWN = 2 } plan_absorbed_t;
