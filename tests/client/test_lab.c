@@ -19,17 +19,11 @@
 
 #include "client/lab/failure_report.h"
 #include "client/lab/jump_report.h"
+#include "support/near.h"
 
 enum { CHAINS = 64 };
 #define ALARM 1e-6
 #define SEED 2385
-
-#define assert_near(found, wanted, tolerance)                                                                      \
-    do {                                                                                                           \
-        const double found_ = (found), wanted_ = (wanted), tolerance_ = (tolerance);                               \
-        if (!(fabs(found_ - wanted_) <= tolerance_))                                                               \
-            fail_msg("%s = %.9g, expected %.9g +- %g", #found, found_, wanted_, tolerance_);                       \
-    } while (0)
 
 #define assert_above(found, least)                                                                                 \
     do {                                                                                                           \

@@ -17,6 +17,7 @@
 #include "base/fault.h"
 #include "base/random.h"
 #include "film/image.h"
+#include "support/near.h"
 
 #define assert_ok(expr)                                                                                            \
     do {                                                                                                           \
@@ -35,15 +36,6 @@
         if (found != (expected) || bad_fault.code != (expected) || !strstr(bad_fault.text, piece))                 \
             fail_msg("%s: found '%s' (%s), expected '%s' with \"%s\"", #expr, fault_code_text(found),              \
                      bad_fault.text, fault_code_text(expected), piece);                                            \
-    } while (0)
-
-/* NaN fails. */
-#define assert_near(found, expected, tolerance)                                                                    \
-    do {                                                                                                           \
-        const double near_found = (found), near_expected = (expected);                                             \
-        if (!(fabs(near_found - near_expected) <= (tolerance)))                                                    \
-            fail_msg("%s: found %.17g, expected %.17g within %g", #found, near_found, near_expected,               \
-                     (double)(tolerance));                                                                         \
     } while (0)
 
 typedef struct scratch {

@@ -21,14 +21,16 @@ const char *read_text_folder(void)
     return folder;
 }
 
-void read_text_clean(void)
+int read_text_clean(void **state)
 {
+    (void)state;
     char command[128];
     if (folder[0]) {
         snprintf(command, sizeof command, "rm -r '%s'", folder);
         assert_int_equal(system(command), 0);
     }
     folder[0] = 0;
+    return 0;
 }
 
 void read_text_write(const char *name, const void *data, size_t size)

@@ -14,9 +14,12 @@ typedef struct reading {
     fault_code_t code;
 } reading_t;
 
-/* The temporary folder; made at the first call, removed by read_text_clean. */
+/* A list of strings that ends with null, for read_world_fails. */
+#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
+
+/* The temporary folder; made at the first call, removed by read_text_clean, a group's teardown. */
 const char *read_text_folder(void);
-void read_text_clean(void);
+int read_text_clean(void **state);
 /* Writes a file there. */
 void read_text_write(const char *name, const void *data, size_t size);
 

@@ -13,18 +13,11 @@
 #include "client/import/transform.h"
 #include "import/read_text.h"
 #include "math/vec.h"
-
-#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
+#include "support/near.h"
 
 /* Positions are stored in single precision: half a unit in the last place of numbers below 64, and the same again
  * for the rounding of degrees in the expected values. */
 #define CLOSE 8e-6
-
-static void expect(double found, double expected, double tolerance)
-{
-    if (!(fabs(found - expected) <= tolerance))
-        fail_msg("found %.9g, expected %.9g", found, expected);
-}
 
 /* Where the world's transformation takes a point: by a triangle with that corner. */
 static void expect_point(const char *transforms, vec3_t p, vec3_t expected)
@@ -34,9 +27,9 @@ static void expect_point(const char *transforms, vec3_t p, vec3_t expected)
              transforms, p.x, p.y, p.z);
     reading_t r = read_world(world);
     assert_int_equal(r.scene.vertex_count, 3);
-    expect((double)r.scene.positions[0], expected.x, CLOSE);
-    expect((double)r.scene.positions[1], expected.y, CLOSE);
-    expect((double)r.scene.positions[2], expected.z, CLOSE);
+    assert_near((double)r.scene.positions[0], expected.x, CLOSE);
+    assert_near((double)r.scene.positions[1], expected.y, CLOSE);
+    assert_near((double)r.scene.positions[2], expected.z, CLOSE);
     reading_end(&r);
 }
 
@@ -69,15 +62,15 @@ static void rotation_keeps_lengths_and_its_axis(void **state)
     const vec3_t axis = vec3(0.3, -1.2, 0.8), p = vec3(1, 2, -3);
     for (double degrees = -370; degrees < 370; degrees += 36.7) {
         const transform_t m = transform_rotate(degrees, axis);
-        expect(vec3_length(transform_vector(&m, p)), vec3_length(p), 1e-14);
-        expect(vec3_length(vec3_sub(transform_vector(&m, axis), axis)), 0, 1e-15);
-        expect(transform_determinant(&m), 1, 1e-14);
+        assert_near(vec3_length(transform_vector(&m, p)), vec3_length(p), 1e-14);
+        assert_near(vec3_length(vec3_sub(transform_vector(&m, axis), axis)), 0, 1e-15);
+        assert_near(transform_determinant(&m), 1, 1e-14);
         /* The angle, by the components across the axis. */
         const vec3_t a = vec3_unit(axis), across = vec3_mad(p, -vec3_dot(p, a), a);
         const vec3_t turned = vec3_mad(transform_vector(&m, p), -vec3_dot(p, a), a);
         const double angle = degrees * MATH_PI / 180;
-        expect(vec3_dot(across, turned) / vec3_dot(across, across), cos(angle), 1e-14);
-        expect(vec3_dot(vec3_cross(across, turned), a) / vec3_dot(across, across), sin(angle), 1e-14);
+        assert_near(vec3_dot(across, turned) / vec3_dot(across, across), cos(angle), 1e-14);
+        assert_near(vec3_dot(vec3_cross(across, turned), a) / vec3_dot(across, across), sin(angle), 1e-14);
     }
 }
 
@@ -92,7 +85,7 @@ static void inverses_undo(void **state)
     const transform_t one = transform_mul(&m, &inverse);
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < 4; j++)
-            expect(one.m[i][j], i == j, 1e-13);
+            assert_near(one.m[i][j], i == j, 1e-13);
     const transform_t flat = transform_scale(1, 0, 1);
     assert_false(transform_invert(&flat, &inverse));
 }
@@ -108,8 +101,8 @@ static void coordinate_systems_are_kept(void **state)
     reading_t r = read_text("Translate 0 0 4 Camera \"perspective\" WorldBegin CoordSysTransform \"camera\"\n"
                             "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]");
     assert_int_equal(r.code, FAULT_NONE);
-    expect((double)r.scene.positions[2], -4, 0);
-    expect(r.scene.camera->to_world[11], -4, 0);
+    assert_near((double)r.scene.positions[2], -4, 0);
+    assert_near(r.scene.camera->to_world[11], -4, 0);
     reading_end(&r);
     r = read_world("CoordSysTransform \"nowhere\"");
     assert_true(reading_notes(&r, "nowhere"));
@@ -148,8 +141,8 @@ static void attribute_defaults_count_where_nothing_is_given(void **state)
                    "Attribute \"material\" \"rgb reflectance\" [.1 .2 .3] Material \"diffuse\" Shape \"disk\"");
     const float radii[] = {3.5f, 2.5f, 7, 1};
     for (int i = 0; i < 4; i++)
-        expect((double)r.scene.shapes[i].radius, (double)radii[i], 0);
-    expect((double)r.scene.materials[r.scene.shapes[4].material].reflectance.value[1], 0.2, 1e-8);
+        assert_near((double)r.scene.shapes[i].radius, (double)radii[i], 0);
+    assert_near((double)r.scene.materials[r.scene.shapes[4].material].reflectance.value[1], 0.2, 1e-8);
     assert_int_equal(import_notes_count(r.notes), 0);
     reading_end(&r);
 }
@@ -164,10 +157,10 @@ static void motion_is_left_out_and_said_once(void **state)
                   "ActiveTransform EndTime Translate 9 9 9 Shape \"sphere\" AttributeEnd");
     assert_int_equal(r.code, FAULT_NONE);
     assert_int_equal(import_notes_count(r.notes), 1);
-    expect((double)r.scene.shapes[0].centre[0], 1, 0);
-    expect((double)r.scene.shapes[0].centre[1], 2, 0);
-    expect((double)r.scene.shapes[1].centre[2], 3, 0);
-    expect((double)r.scene.shapes[1].centre[0], 0, 0);
+    assert_near((double)r.scene.shapes[0].centre[0], 1, 0);
+    assert_near((double)r.scene.shapes[0].centre[1], 2, 0);
+    assert_near((double)r.scene.shapes[1].centre[2], 3, 0);
+    assert_near((double)r.scene.shapes[1].centre[0], 0, 0);
     reading_end(&r);
 }
 
@@ -182,12 +175,12 @@ static void objects_are_placed_under_each_instance(void **state)
                    "Identity Scale -1 1 1 ObjectInstance \"o\"");
     assert_int_equal(r.scene.shape_count, 4);
     /* CTM of the instance times CTM of the definition: 2 * (10, 1, 0). */
-    expect((double)r.scene.shapes[0].centre[0], 20, 0);
-    expect((double)r.scene.shapes[0].centre[1], 2, 0);
-    expect((double)r.scene.shapes[0].radius, 2, 1e-6);
+    assert_near((double)r.scene.shapes[0].centre[0], 20, 0);
+    assert_near((double)r.scene.shapes[0].centre[1], 2, 0);
+    assert_near((double)r.scene.shapes[0].radius, 2, 1e-6);
     assert_int_equal(r.scene.materials[r.scene.shapes[0].material].kind, SCENE_MATERIAL_DIELECTRIC);
     assert_int_equal(r.scene.shapes[1].flags & SCENE_SHAPE_FLIP, 0);
-    expect((double)r.scene.shapes[2].centre[0], -10, 0);
+    assert_near((double)r.scene.shapes[2].centre[0], -10, 0);
     /* A mirrored mesh keeps its side. */
     assert_int_equal(r.scene.shapes[3].flags & SCENE_SHAPE_FLIP, SCENE_SHAPE_FLIP);
     reading_end(&r);
@@ -207,13 +200,13 @@ static void files_include_each_other(void **state)
     static const char inner[] = "Translate 1 2 3\nShape \"sphere\"\n";
     read_text_write("inner.pbrt", inner, sizeof inner - 1);
     reading_t r = read_world("Include \"inner.pbrt\" Shape \"sphere\"");
-    expect((double)r.scene.shapes[1].centre[1], 2, 0);
+    assert_near((double)r.scene.shapes[1].centre[1], 2, 0);
     reading_end(&r);
     /* Import leaves the graphics state alone. */
     r = read_world("Import \"inner.pbrt\" Shape \"sphere\"");
     assert_int_equal(r.scene.shape_count, 2);
-    expect((double)r.scene.shapes[0].centre[1], 2, 0);
-    expect((double)r.scene.shapes[1].centre[1], 0, 0);
+    assert_near((double)r.scene.shapes[0].centre[1], 2, 0);
+    assert_near((double)r.scene.shapes[1].centre[1], 0, 0);
     reading_end(&r);
     static const char wrong[] = "\n\n  Shape \"sphere\" \"float radius\" -1";
     read_text_write("wrong.pbrt", wrong, sizeof wrong - 1);
@@ -256,7 +249,7 @@ static void compressed_scenes_are_read(void **state)
     reading_t r = {.builder = scene_builder_new(), .notes = import_notes_new()};
     assert_int_equal(pbrt_read(path, r.builder, r.notes, &r.fault), FAULT_NONE);
     r.scene = scene_builder_view(r.builder);
-    expect((double)r.scene.shapes[0].radius, 4.25, 0);
+    assert_near((double)r.scene.shapes[0].radius, 4.25, 0);
     reading_end(&r);
 }
 
@@ -265,9 +258,9 @@ static void words_are_found_without_white_space(void **state)
     (void)state;
     reading_t r =
         read_world("#x\nShape\"sphere\"\"float radius\"[2.5]Translate 1 -2e-1 +.5#y\nShape \"sphere\"# z");
-    expect((double)r.scene.shapes[0].radius, 2.5, 0);
-    expect((double)r.scene.shapes[1].centre[1], -0.2, 1e-8);
-    expect((double)r.scene.shapes[1].centre[2], 0.5, 0);
+    assert_near((double)r.scene.shapes[0].radius, 2.5, 0);
+    assert_near((double)r.scene.shapes[1].centre[1], -0.2, 1e-8);
+    assert_near((double)r.scene.shapes[1].centre[2], 0.5, 0);
     reading_end(&r);
     r = read_text("\xef\xbb\xbfWorldBegin\r\nShape \"sphere\"\r\n");
     assert_int_equal(r.code, FAULT_NONE);
@@ -288,7 +281,7 @@ static void numbers_are_read_to_the_last_bit(void **state)
         if (fabs(expected) < 1e3) {
             assert_int_equal(r.code, FAULT_NONE);
             /* fov 90: the screen's unit is tan(45 degrees), one rounding off 1. */
-            expect(r.scene.camera->screen[0], expected, 4e-16 * fabs(expected));
+            assert_near(r.scene.camera->screen[0], expected, 4e-16 * fabs(expected));
         } else {
             assert_int_equal(r.code, expected < -1e3 || expected > 1e4 ? FAULT_RANGE : FAULT_NONE);
         }
@@ -411,13 +404,6 @@ static void notes_are_limited(void **state)
     import_notes_add(NULL, "f", 1, "goes nowhere");
 }
 
-static int clean(void **state)
-{
-    (void)state;
-    read_text_clean();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -440,5 +426,5 @@ int main(void)
         cmocka_unit_test(nesting_is_limited),
         cmocka_unit_test(notes_are_limited),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, read_text_clean);
 }

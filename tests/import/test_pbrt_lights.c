@@ -15,7 +15,6 @@
 #include "import/read_text.h"
 #include "math/vec.h"
 
-#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 /* Single precision, relative to the larger of the number and one. */
 #define CLOSE 3e-7
 
@@ -368,13 +367,6 @@ static void film_and_filter_are_kept(void **state)
     }
 }
 
-static int clean(void **state)
-{
-    (void)state;
-    read_text_clean();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -389,5 +381,5 @@ int main(void)
         cmocka_unit_test(the_camera_stands_where_it_looks_from),
         cmocka_unit_test(film_and_filter_are_kept),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, read_text_clean);
 }

@@ -13,23 +13,17 @@
 #include "film/pfm.h"
 #include "import/read_text.h"
 #include "math/vec.h"
+#include "support/near.h"
 #include "scene/texture.h"
 
-#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 /* Single precision of numbers of the order of one. */
 #define CLOSE 3e-7
 
-static void expect(double found, double expected, double tolerance)
-{
-    if (!(fabs(found - expected) <= tolerance))
-        fail_msg("found %.9g, expected %.9g", found, expected);
-}
-
 static void expect3(const float *found, double r, double g, double b, double tolerance)
 {
-    expect((double)found[0], r, tolerance * fmax(1, fabs(r)));
-    expect((double)found[1], g, tolerance * fmax(1, fabs(g)));
-    expect((double)found[2], b, tolerance * fmax(1, fabs(b)));
+    assert_near((double)found[0], r, tolerance * fmax(1, fabs(r)));
+    assert_near((double)found[1], g, tolerance * fmax(1, fabs(g)));
+    assert_near((double)found[2], b, tolerance * fmax(1, fabs(b)));
 }
 
 /* ---- materials ---- */
@@ -64,8 +58,8 @@ static void materials_have_pbrts_defaults(void **state)
         const scene_material_t *m = &r.scene.materials[r.scene.shapes[0].material];
         assert_int_equal(m->kind, kinds[i].kind);
         assert_int_equal(import_notes_count(r.notes), 0);
-        expect((double)m->alpha_u.value[0], 0, 0);
-        expect((double)m->coat_alpha_v.value[0], 0, 0);
+        assert_near((double)m->alpha_u.value[0], 0, 0);
+        assert_near((double)m->coat_alpha_v.value[0], 0, 0);
         if (m->kind == SCENE_MATERIAL_DIFFUSE || m->kind == SCENE_MATERIAL_COATED_DIFFUSE)
             expect3(m->reflectance.value, 0.5, 0.5, 0.5, 0);
         if (m->kind == SCENE_MATERIAL_DIFFUSE_TRANSMISSION) {
@@ -73,9 +67,9 @@ static void materials_have_pbrts_defaults(void **state)
             expect3(m->transmittance.value, 0.25, 0.25, 0.25, 0);
         }
         if (m->kind == SCENE_MATERIAL_COATED_DIFFUSE || m->kind == SCENE_MATERIAL_COATED_CONDUCTOR)
-            expect((double)m->coat_eta, 1.5, 0);
+            assert_near((double)m->coat_eta, 1.5, 0);
         if (m->kind == SCENE_MATERIAL_DIELECTRIC || m->kind == SCENE_MATERIAL_THIN_DIELECTRIC)
-            expect((double)m->eta[0], 1.5, 0);
+            assert_near((double)m->eta[0], 1.5, 0);
         if (m->kind == SCENE_MATERIAL_CONDUCTOR || m->kind == SCENE_MATERIAL_COATED_CONDUCTOR)
             assert_true(m->k[0] > m->k[2] && m->eta[0] < m->eta[2]); /* copper is red */
         reading_end(&r);
@@ -87,33 +81,33 @@ static void roughness_is_remapped_unless_told_otherwise(void **state)
     (void)state;
     reading_t r = read_material("\"dielectric\" \"float roughness\" .25 \"float vroughness\" .04");
     const scene_material_t *m = &r.scene.materials[0];
-    expect((double)m->alpha_u.value[0], 0.5, CLOSE);
-    expect((double)m->alpha_v.value[0], 0.2, CLOSE);
+    assert_near((double)m->alpha_u.value[0], 0.5, CLOSE);
+    assert_near((double)m->alpha_v.value[0], 0.2, CLOSE);
     assert_int_equal(m->remap_roughness, 1);
     reading_end(&r);
     r = read_material("\"coateddiffuse\" \"float roughness\" .25 \"bool remaproughness\" false");
-    expect((double)r.scene.materials[0].coat_alpha_u.value[0], 0.25, 0);
-    expect((double)r.scene.materials[0].alpha_u.value[0], 0, 0);
+    assert_near((double)r.scene.materials[0].coat_alpha_u.value[0], 0.25, 0);
+    assert_near((double)r.scene.materials[0].alpha_u.value[0], 0, 0);
     assert_int_equal(r.scene.materials[0].remap_roughness, 0);
     reading_end(&r);
     r = read_material("\"coatedconductor\" \"float conductor.roughness\" .16 \"float interface.uroughness\" .09\n"
                       "\"float interface.eta\" 1.25 \"spectrum conductor.eta\" \"metal-Au-eta\"\n"
                       "\"spectrum conductor.k\" \"metal-Au-k\"");
     m = &r.scene.materials[0];
-    expect((double)m->alpha_v.value[0], 0.4, CLOSE);
-    expect((double)m->coat_alpha_u.value[0], 0.3, CLOSE);
-    expect((double)m->coat_alpha_v.value[0], 0, 0);
-    expect((double)m->coat_eta, 1.25, 0);
+    assert_near((double)m->alpha_v.value[0], 0.4, CLOSE);
+    assert_near((double)m->coat_alpha_u.value[0], 0.3, CLOSE);
+    assert_near((double)m->coat_alpha_v.value[0], 0, 0);
+    assert_near((double)m->coat_eta, 1.25, 0);
     assert_int_equal(import_notes_count(r.notes), 0);
     reading_end(&r);
     /* A texture keeps its values; the renderer maps them. */
     r = read_world("Texture \"t\" \"float\" \"checkerboard\" \"float tex1\" .3\n"
                    "Material \"conductor\" \"texture roughness\" \"t\" Shape \"sphere\"");
-    expect((double)r.scene.materials[0].alpha_u.value[0], 1, 0);
+    assert_near((double)r.scene.materials[0].alpha_u.value[0], 1, 0);
     assert_int_equal(r.scene.materials[0].alpha_u.texture, 0);
     reading_end(&r);
     r = read_material("\"conductor\" \"float roughness\" 1.5");
-    expect((double)r.scene.materials[0].alpha_u.value[0], 1, 0);
+    assert_near((double)r.scene.materials[0].alpha_u.value[0], 1, 0);
     assert_true(reading_notes(&r, "cut to 1"));
     reading_end(&r);
 }
@@ -126,7 +120,7 @@ static void conductors_reflect_what_is_asked(void **state)
     const double expected[3] = {0.9, 0.5, 0.1};
     for (int i = 0; i < 3; i++) { /* Fresnel at normal incidence: ((eta-1)^2 + k^2) / ((eta+1)^2 + k^2) */
         const double eta = (double)m->eta[i], k2 = (double)m->k[i] * (double)m->k[i];
-        expect(((eta - 1) * (eta - 1) + k2) / ((eta + 1) * (eta + 1) + k2), expected[i], 1e-6);
+        assert_near(((eta - 1) * (eta - 1) + k2) / ((eta + 1) * (eta + 1) + k2), expected[i], 1e-6);
     }
     reading_end(&r);
     r = read_material("\"conductor\" \"rgb eta\" [.2 .9 1.1] \"rgb k\" [9.2 6.3 4.8]");
@@ -153,7 +147,7 @@ static void indices_of_refraction_come_in_many_ways(void **state)
         char text[128];
         snprintf(text, sizeof text, "\"dielectric\" %s", cases[i].text);
         reading_t r = read_material(text);
-        expect((double)r.scene.materials[0].eta[0], cases[i].eta, CLOSE);
+        assert_near((double)r.scene.materials[0].eta[0], cases[i].eta, CLOSE);
         reading_end(&r);
     }
     reading_t r = read_material("\"dielectric\" \"spectrum eta\" \"eta.spd\"");
@@ -177,7 +171,7 @@ static void mixtures_name_their_parts(void **state)
     assert_int_equal(m->kind, SCENE_MATERIAL_MIX);
     assert_int_equal(m->first, 1);
     assert_int_equal(m->second, 0);
-    expect((double)m->mix.value[0], 0.3, CLOSE);
+    assert_near((double)m->mix.value[0], 0.3, CLOSE);
     reading_end(&r);
     read_world_fails("Material \"mix\" \"string materials\" [\"x\" \"y\"]", FAULT_UNKNOWN, WORDS(":2:16", "\"x\""));
     read_world_fails("Material \"mix\" \"string materials\" [\"x\"]", FAULT_FORMAT, WORDS("two names"));
@@ -225,9 +219,9 @@ static void expect_color(const reading_t *r, int32_t texture, double u, double v
                          double blue)
 {
     const rgb_t c = texture_color(&r->scene, texture, u, v);
-    expect(c.r, red, CLOSE);
-    expect(c.g, green, CLOSE);
-    expect(c.b, blue, CLOSE);
+    assert_near(c.r, red, CLOSE);
+    assert_near(c.g, green, CLOSE);
+    assert_near(c.b, blue, CLOSE);
 }
 
 static void pictures_lie_as_in_pbrt(void **state)
@@ -247,7 +241,7 @@ static void pictures_lie_as_in_pbrt(void **state)
     expect_color(&r, 0, 1.75, -0.75, 4, 4, 4);   /* repeated */
     expect_color(&r, 1, 0.125, 0.25, 0.5, 1, 1); /* 1 - half of (1,0,0) */
     expect_color(&r, 1, 7, -7, 0, 0, 0);         /* 1 - half of (4,4,4), not below zero */
-    expect(texture_scalar(&r.scene, 2, 0.25, 0.75), 1.0 / 3, CLOSE);
+    assert_near(texture_scalar(&r.scene, 2, 0.25, 0.75), 1.0 / 3, CLOSE);
     assert_int_equal(r.scene.image_count, 1); /* one file, one image */
     assert_int_equal(r.scene.materials[r.scene.shapes[0].material].reflectance.texture, 0);
     assert_int_equal(import_notes_count(r.notes), 0);
@@ -297,26 +291,26 @@ static void black_bodies_have_their_colours(void **state)
     double last = 1e9;
     for (double kelvin = 1000; kelvin < 20000; kelvin *= 1.3) { /* ever bluer, at the luminance 1 */
         const rgb_t c = spectra_blackbody(kelvin, SPECTRA_LIGHT);
-        expect(rgb_luminance(c), 1, 1e-12);
+        assert_near(rgb_luminance(c), 1, 1e-12);
         assert_true(c.r / (c.b + 1e-3) < last);
         last = c.r / (c.b + 1e-3);
     }
     /* 6504 K is nearly D65: the Planckian locus passes it at a distance of 0.0055 in (x, y), a few percent in RGB.
      */
     const rgb_t white = spectra_blackbody(6504, SPECTRA_LIGHT);
-    expect(white.r, 1, 0.06);
-    expect(white.g, 1, 0.06);
-    expect(white.b, 1, 0.06);
+    assert_near(white.r, 1, 0.06);
+    assert_near(white.g, 1, 0.06);
+    assert_near(white.b, 1, 0.06);
     /* CIE: illuminant A is the black body of 2856 K. The fit of the matching functions is good to a few percent. */
     rgb_t a;
     assert_true(spectra_named("stdillum-A", SPECTRA_LIGHT, &a));
     const rgb_t b = spectra_blackbody(2856, SPECTRA_LIGHT);
-    expect(b.r, a.r, 0.05);
-    expect(b.g, a.g, 0.05);
-    expect(b.b, a.b, 0.05);
+    assert_near(b.r, a.r, 0.05);
+    assert_near(b.g, a.g, 0.05);
+    assert_near(b.b, a.b, 0.05);
     assert_true(spectra_named("stdillum-D65", SPECTRA_LIGHT, &a));
-    expect(a.r, 1, 2e-3);
-    expect(a.b, 1, 2e-3);
+    assert_near(a.r, 1, 2e-3);
+    assert_near(a.b, 1, 2e-3);
 }
 
 static void tables_keep_constants_and_order(void **state)
@@ -324,16 +318,16 @@ static void tables_keep_constants_and_order(void **state)
     (void)state;
     static const double flat[] = {400, 0.37, 700, 0.37}, red[] = {400, 0, 580, 0, 600, 1, 700, 1};
     rgb_t c = spectra_of_pairs(flat, 2, SPECTRA_REFLECTANCE);
-    expect(c.r, 0.37, 1e-12);
-    expect(c.g, 0.37, 1e-12);
-    expect(c.b, 0.37, 1e-12);
+    assert_near(c.r, 0.37, 1e-12);
+    assert_near(c.g, 0.37, 1e-12);
+    assert_near(c.b, 0.37, 1e-12);
     c = spectra_of_pairs(red, 4, SPECTRA_REFLECTANCE);
     assert_true(c.r > 0.8 && c.r <= 1 && c.g < 0.2 && c.b < 0.05);
     c = spectra_of_pairs(red, 4, SPECTRA_LIGHT);
-    expect(rgb_luminance(c), 1, 1e-12);
-    expect(spectra_pairs_at(red, 4, 590), 0.5, 1e-12);
-    expect(spectra_pairs_at(red, 4, 0), 0, 0);
-    expect(spectra_pairs_at(red, 4, 1e4), 1, 0);
+    assert_near(rgb_luminance(c), 1, 1e-12);
+    assert_near(spectra_pairs_at(red, 4, 590), 0.5, 1e-12);
+    assert_near(spectra_pairs_at(red, 4, 0), 0, 0);
+    assert_near(spectra_pairs_at(red, 4, 1e4), 1, 0);
     /* Metals: bright, gold and copper reddish. Fresnel at normal incidence. */
     static const char *const names[] = {"Ag", "Al", "Au", "Cu", "CuZn"};
     for (size_t i = 0; i < 5; i++) {
@@ -352,13 +346,6 @@ static void tables_keep_constants_and_order(void **state)
     assert_false(spectra_named("metal-Ag-q", SPECTRA_UNBOUNDED, &c));
 }
 
-static int clean(void **state)
-{
-    (void)state;
-    read_text_clean();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -373,5 +360,5 @@ int main(void)
         cmocka_unit_test(black_bodies_have_their_colours),
         cmocka_unit_test(tables_keep_constants_and_order),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, read_text_clean);
 }

@@ -11,22 +11,16 @@
 #include "client/import/surfaces.h"
 #include "import/read_text.h"
 #include "math/vec.h"
+#include "support/near.h"
 
-#define WORDS(...) ((const char *const[]){__VA_ARGS__, NULL})
 /* Single precision of numbers of the order of one. */
 #define CLOSE 3e-7
 
-static void expect(double found, double expected, double tolerance)
-{
-    if (!(fabs(found - expected) <= tolerance))
-        fail_msg("found %.9g, expected %.9g", found, expected);
-}
-
 static void expect_vec(const float *found, double x, double y, double z, double tolerance)
 {
-    expect((double)found[0], x, tolerance);
-    expect((double)found[1], y, tolerance);
-    expect((double)found[2], z, tolerance);
+    assert_near((double)found[0], x, tolerance);
+    assert_near((double)found[1], y, tolerance);
+    assert_near((double)found[2], z, tolerance);
 }
 
 static vec3_t corner(const scene_t *s, uint32_t shape, uint32_t triangle, int i)
@@ -87,11 +81,11 @@ static void sides_follow_orientation_and_mirrors(void **state)
             snprintf(world, sizeof world, "%s" TRIANGLE "%s", cases[i].before,
                      normals ? "\"normal N\" [0 0 1 0 .6 .8 0 0 1]" : "");
             reading_t r = read_world(world);
-            expect(area_vector(&r.scene, 0, 0).z, 0.5 * cases[i].z, CLOSE);
+            assert_near(area_vector(&r.scene, 0, 0).z, 0.5 * cases[i].z, CLOSE);
             assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_NORMALS ? 1 : 0, normals);
             if (normals) {
                 assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_FLIP, 0);
-                expect((double)r.scene.normals[2], cases[i].z, CLOSE);
+                assert_near((double)r.scene.normals[2], cases[i].z, CLOSE);
             }
             reading_end(&r);
         }
@@ -107,7 +101,7 @@ static void normals_that_are_their_triangles_own_are_left_out(void **state)
     /* The side that they name is kept. */
     r = read_world(TRIANGLE "\"normal N\" [0 0 -1 0 0 -1 0 0 -1]");
     assert_int_equal(r.scene.shapes[0].flags & SCENE_SHAPE_NORMALS, 0);
-    expect(area_vector(&r.scene, 0, 0).z, -0.5, CLOSE);
+    assert_near(area_vector(&r.scene, 0, 0).z, -0.5, CLOSE);
     reading_end(&r);
 }
 
@@ -117,8 +111,8 @@ static void normals_decide_the_side_of_each_triangle(void **state)
     /* Two triangles wound against each other; the normals of both point to +z, of any length. */
     reading_t r = read_world("Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 0]\n"
                              "\"integer indices\" [0 1 2 1 2 3] \"normal N\" [0 0 3 0 0 1 0 .1 .2 0 0 1]");
-    expect(area_vector(&r.scene, 0, 0).z, 0.5, CLOSE);
-    expect(area_vector(&r.scene, 0, 1).z, 0.5, CLOSE);
+    assert_near(area_vector(&r.scene, 0, 0).z, 0.5, CLOSE);
+    assert_near(area_vector(&r.scene, 0, 1).z, 0.5, CLOSE);
     expect_vec(r.scene.normals, 0, 0, 1, CLOSE);
     expect_vec(r.scene.normals + 6, 0, sqrt(0.2), sqrt(0.8), CLOSE);
     reading_end(&r);
@@ -152,7 +146,7 @@ static void texture_coordinates_belong_to_vertices(void **state)
     (void)state;
     reading_t r = read_world(TRIANGLE "\"point2 uv\" [.1 .2 .3 .4 .5 .6]");
     assert_int_equal(r.scene.shapes[0].flags, SCENE_SHAPE_UVS);
-    expect((double)r.scene.uvs[3], 0.4, CLOSE);
+    assert_near((double)r.scene.uvs[3], 0.4, CLOSE);
     reading_end(&r);
     read_world_fails(TRIANGLE "\"point2 uv\" [.1 .2 .3 .4]", FAULT_FORMAT,
                      WORDS("2 texture coordinates for 3 points"));
@@ -174,12 +168,12 @@ static void spheres_and_disks_stay_exact_under_similarities(void **state)
     const scene_shape_t *s = r.scene.shapes;
     assert_int_equal(s[0].kind, SCENE_SHAPE_SPHERE);
     expect_vec(s[0].centre, 1, 2, 3, CLOSE);
-    expect((double)s[0].radius, 3, CLOSE);
+    assert_near((double)s[0].radius, 3, CLOSE);
     expect_vec(s[0].normal, 0, -1, 0, CLOSE); /* z -> -y */
     expect_vec(s[0].tangent, 1, 0, 0, CLOSE);
     assert_int_equal(s[1].kind, SCENE_SHAPE_DISK);
     expect_vec(s[1].centre, 1, -4, 3, 2 * CLOSE);
-    expect((double)s[1].radius, 1, CLOSE);
+    assert_near((double)s[1].radius, 1, CLOSE);
     expect_vec(s[1].normal, 0, -1, 0, CLOSE);
     assert_int_equal(s[1].flags, 0);
     assert_int_equal(s[2].flags, SCENE_SHAPE_FLIP);
@@ -209,15 +203,15 @@ static void ellipsoids_and_parts_are_tessellated(void **state)
                              "Shape \"cylinder\" \"float radius\" 2 \"float zmin\" -1 \"float zmax\" 3\n"
                              "ReverseOrientation Scale 1 1 2 Shape \"sphere\"");
     const double pi = MATH_PI;
-    expect(mesh_volume(&r.scene, 0) / (4 * pi / 3 * 6), 1, TESSELLATED);
-    expect(mesh_volume(&r.scene, 1) / (4 * pi / 3 * 6), 1, TESSELLATED);
-    expect(mesh_area(&r.scene, 2) / (2 * pi), 1, TESSELLATED);
-    expect(area_vector(&r.scene, 2, 5).z > 0, 1, 0);
-    expect(mesh_area(&r.scene, 3) / (2 * pi * 0.75 / 4), 1, TESSELLATED); /* Archimedes: 2 pi r h */
-    expect(mesh_area(&r.scene, 4) / (0.5 * pi * (1 - 0.25)), 1, TESSELLATED);
-    expect(mesh_area(&r.scene, 5) / (2 * pi * 2 * 4), 1, TESSELLATED);
-    expect(mesh_volume(&r.scene, 5) / (2.0 / 3 * pi * 4 * 4), 1, TESSELLATED); /* the mantle's share */
-    expect(mesh_volume(&r.scene, 6) / (-4 * pi / 3 * 2), 1, TESSELLATED);
+    assert_near(mesh_volume(&r.scene, 0) / (4 * pi / 3 * 6), 1, TESSELLATED);
+    assert_near(mesh_volume(&r.scene, 1) / (4 * pi / 3 * 6), 1, TESSELLATED);
+    assert_near(mesh_area(&r.scene, 2) / (2 * pi), 1, TESSELLATED);
+    assert_near(area_vector(&r.scene, 2, 5).z > 0, 1, 0);
+    assert_near(mesh_area(&r.scene, 3) / (2 * pi * 0.75 / 4), 1, TESSELLATED); /* Archimedes: 2 pi r h */
+    assert_near(mesh_area(&r.scene, 4) / (0.5 * pi * (1 - 0.25)), 1, TESSELLATED);
+    assert_near(mesh_area(&r.scene, 5) / (2 * pi * 2 * 4), 1, TESSELLATED);
+    assert_near(mesh_volume(&r.scene, 5) / (2.0 / 3 * pi * 4 * 4), 1, TESSELLATED); /* the mantle's share */
+    assert_near(mesh_volume(&r.scene, 6) / (-4 * pi / 3 * 2), 1, TESSELLATED);
     assert_true(reading_notes(&r, "parts of spheres"));
     assert_true(reading_notes(&r, "rings and sectors"));
     assert_true(reading_notes(&r, "cylinders"));
@@ -241,16 +235,16 @@ static void bilinear_patches_are_split_or_divided(void **state)
                              "\"point2 uv\" [0 0 2 0 0 2 2 2]");
     assert_int_equal(r.scene.shapes[0].triangles, 2);
     for (uint32_t i = 0; i < 2; i++) {
-        expect(area_vector(&r.scene, 0, i).z, 1, CLOSE);
-        expect(area_vector(&r.scene, 1, i).z, -1, CLOSE);
+        assert_near(area_vector(&r.scene, 0, i).z, 1, CLOSE);
+        assert_near(area_vector(&r.scene, 1, i).z, -1, CLOSE);
     }
     assert_int_equal(r.scene.shapes[2].triangles, 2 * SURFACES_PATCH * SURFACES_PATCH);
     for (uint32_t i = 0; i < r.scene.shapes[2].vertices; i++) { /* the patch is z = x y, uv twice (x, y) */
         const float *p = r.scene.positions + 3 * (r.scene.shapes[2].first_vertex + i);
         const float *uv = r.scene.uvs + 2 * (r.scene.shapes[2].first_vertex + i);
-        expect((double)p[2], (double)p[0] * (double)p[1], CLOSE);
-        expect((double)uv[0], 2 * (double)p[0], CLOSE);
-        expect((double)uv[1], 2 * (double)p[1], CLOSE);
+        assert_near((double)p[2], (double)p[0] * (double)p[1], CLOSE);
+        assert_near((double)uv[0], 2 * (double)p[0], CLOSE);
+        assert_near((double)uv[1], 2 * (double)p[1], CLOSE);
     }
     for (uint32_t i = 0; i < r.scene.shapes[2].triangles; i++)
         assert_true(area_vector(&r.scene, 2, i).z > 0);
@@ -278,13 +272,13 @@ static void alpha_is_a_number_or_a_texture(void **state)
                              "Texture \"k\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 5\n"
                              "Shape \"sphere\" \"float alpha\" .5 Shape \"sphere\" \"texture alpha\" \"c\"\n"
                              "Shape \"sphere\" \"texture alpha\" \"k\" Shape \"sphere\"");
-    expect((double)r.scene.shapes[0].alpha.value[0], 0.5, 0);
-    expect((double)r.scene.shapes[1].alpha.value[0], 0.25, 0);
+    assert_near((double)r.scene.shapes[0].alpha.value[0], 0.5, 0);
+    assert_near((double)r.scene.shapes[1].alpha.value[0], 0.25, 0);
     assert_int_equal(r.scene.shapes[1].alpha.texture, SCENE_NONE);
     assert_int_equal(r.scene.shapes[2].alpha.texture, 1);
     assert_int_equal(r.scene.textures[1].kind, SCENE_TEXTURE_CHECKERBOARD);
-    expect((double)r.scene.textures[1].scale_v, 5, 0);
-    expect((double)r.scene.shapes[3].alpha.value[0], 1, 0);
+    assert_near((double)r.scene.textures[1].scale_v, 5, 0);
+    assert_near((double)r.scene.shapes[3].alpha.value[0], 1, 0);
     reading_end(&r);
 }
 
@@ -297,7 +291,7 @@ static void polygon_files_become_shapes(void **state)
         "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n2 0 1\n";
     read_text_write("quad.ply", ply, sizeof ply - 1);
     reading_t r = read_world("Scale 3 1 1 Shape \"plymesh\" \"string filename\" \"quad.ply\"");
-    expect(mesh_area(&r.scene, 0), 3, CLOSE);
+    assert_near(mesh_area(&r.scene, 0), 3, CLOSE);
     assert_true(reading_notes(&r, "1 faces"));
     reading_end(&r);
     read_world_fails("Shape \"plymesh\"", FAULT_FORMAT, WORDS("filename"));
@@ -306,13 +300,6 @@ static void polygon_files_become_shapes(void **state)
     read_text_write("bad.ply", ply, sizeof ply - 6);
     read_world_fails("\nShape \"plymesh\" \"string filename\" \"bad.ply\"", FAULT_FORMAT,
                      WORDS("test.pbrt:3:1", "bad.ply", "ends in"));
-}
-
-static int clean(void **state)
-{
-    (void)state;
-    read_text_clean();
-    return 0;
 }
 
 int main(void)
@@ -330,5 +317,5 @@ int main(void)
         cmocka_unit_test(alpha_is_a_number_or_a_texture),
         cmocka_unit_test(polygon_files_become_shapes),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, read_text_clean);
 }

@@ -244,13 +244,6 @@ static void the_peers_scenes_are_read(void **state)
         skip();
 }
 
-static int clean(void **state)
-{
-    (void)state;
-    read_text_clean();
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -258,5 +251,5 @@ int main(void)
         cmocka_unit_test(ceiling_lights_face_the_floor),
         cmocka_unit_test(the_peers_scenes_are_read),
     };
-    return cmocka_run_group_tests(tests, NULL, clean);
+    return cmocka_run_group_tests(tests, NULL, read_text_clean);
 }

@@ -16,16 +16,9 @@
 
 #include "base/random.h"
 #include "math/vec.h"
+#include "support/near.h"
 
 #define SAMPLING_ALARM 1e-6
-
-/* |found - wanted| <= tolerance; NaN fails. */
-#define assert_near(found, wanted, tolerance)                                                                      \
-    do {                                                                                                           \
-        const double found_ = (found), wanted_ = (wanted), tolerance_ = (tolerance);                               \
-        if (!(fabs(found_ - wanted_) <= tolerance_))                                                               \
-            fail_msg("%s = %.17g, expected %s = %.17g +- %g", #found, found_, #wanted, wanted_, tolerance_);       \
-    } while (0)
 
 #define assert_unit_interval(u)                                                                                    \
     do {                                                                                                           \

@@ -217,6 +217,20 @@ void fixture_clear(fixture_t *f)
     bsdf_tables_destroy(&f->tables);
 }
 
+int fixture_setup(void **state)
+{
+    static fixture_t fixture;
+    fixture_init(&fixture);
+    *state = &fixture;
+    return 0;
+}
+
+int fixture_teardown(void **state)
+{
+    fixture_clear(*state);
+    return 0;
+}
+
 vec3_t fixture_direction(int i)
 {
     static const double cosines[FIXTURE_DIRECTIONS] = {1, 0.7, 0.15, 1e-3, -0.8, -0.3};

@@ -21,6 +21,9 @@ typedef struct fixture {
 /* The list of materials all statistical tests go through. */
 void fixture_init(fixture_t *f);
 void fixture_clear(fixture_t *f);
+/* A group's, with the list as its state. */
+int fixture_setup(void **state);
+int fixture_teardown(void **state);
 
 /* Single materials, for tests of their own: fixture_make after the last one. Each returns its index. */
 uint32_t fixture_add(fixture_t *f, const char *name, uint32_t kind);

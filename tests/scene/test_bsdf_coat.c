@@ -10,14 +10,7 @@
 #include "scene/quadrature.h"
 
 #include "bsdf_fixture.h"
-
-#define assert_near(value, expected, tolerance)                                                                    \
-    do {                                                                                                           \
-        const double value_ = (value), expected_ = (expected), tolerance_ = (tolerance);                           \
-        if (!(fabs(value_ - expected_) <= tolerance_))                                                             \
-            fail_msg("%s is %.17g, expected %.17g within %g (line %d)", #value, value_, expected_, tolerance_,     \
-                     __LINE__);                                                                                    \
-    } while (0)
+#include "support/near.h"
 
 /* What docs/materials.md states of the tables: constant coats, and textured ones (linear between rows). */
 #define TABLE_ERROR 5e-4

@@ -130,20 +130,6 @@ static void coated_mirror_sums_its_interreflections(void **state)
     fixture_clear(&f);
 }
 
-static int setup(void **state)
-{
-    static fixture_t fixture;
-    fixture_init(&fixture);
-    *state = &fixture;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture_clear(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -153,5 +139,5 @@ int main(void)
         cmocka_unit_test(thin_sheet_sums_its_interreflections),
         cmocka_unit_test(coated_mirror_sums_its_interreflections),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

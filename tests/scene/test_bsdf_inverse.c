@@ -226,20 +226,6 @@ static void impossible_directions_have_no_inverse(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    static fixture_t fixture;
-    fixture_init(&fixture);
-    *state = &fixture;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture_clear(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -248,5 +234,5 @@ int main(void)
         cmocka_unit_test(jacobian_is_one_over_the_lobes_density),
         cmocka_unit_test(impossible_directions_have_no_inverse),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -178,20 +178,6 @@ static void values_of_odd_pairs_are_finite(void **state)
                 }
 }
 
-static int setup(void **state)
-{
-    static fixture_t fixture;
-    fixture_init(&fixture);
-    *state = &fixture;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture_clear(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -200,5 +186,5 @@ int main(void)
         cmocka_unit_test(hard_cases_stay_finite),
         cmocka_unit_test(values_of_odd_pairs_are_finite),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -228,25 +228,11 @@ static void a_wrong_density_is_seen(void **state)
     }
 }
 
-static int setup(void **state)
-{
-    static fixture_t fixture;
-    fixture_init(&fixture);
-    *state = &fixture;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture_clear(*state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(samples_follow_their_density),
         cmocka_unit_test(a_wrong_density_is_seen),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, fixture_setup, fixture_teardown);
 }

@@ -8,15 +8,9 @@
 
 #include "base/random.h"
 #include "scene/fresnel.h"
+#include "support/near.h"
 
 #define SEED random_key(2024, RANDOM_PURPOSE_TEST, 0, 1)
-
-#define assert_near(value, expected, tolerance)                                                                    \
-    do {                                                                                                           \
-        const double value_ = (value), expected_ = (expected), tolerance_ = (tolerance);                           \
-        if (!(fabs(value_ - expected_) <= tolerance_))                                                             \
-            fail_msg("%s is %.17g, expected %.17g within %g", #value, value_, expected_, tolerance_);              \
-    } while (0)
 
 /* The textbook forms in extended precision, complex where they need to be: the second way. */
 static double textbook(double c, long double complex index)

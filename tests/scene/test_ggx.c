@@ -9,15 +9,9 @@
 #include "math/warp.h"
 #include "scene/ggx.h"
 #include "scene/quadrature.h"
+#include "support/near.h"
 
 #define SEED random_key(2024, RANDOM_PURPOSE_TEST, 0, 2)
-
-#define assert_near(value, expected, tolerance)                                                                    \
-    do {                                                                                                           \
-        const double value_ = (value), expected_ = (expected), tolerance_ = (tolerance);                           \
-        if (!(fabs(value_ - expected_) <= tolerance_))                                                             \
-            fail_msg("%s is %.17g, expected %.17g within %g", #value, value_, expected_, tolerance_);              \
-    } while (0)
 
 static const double alphas[][2] = {{1, 1},       {0.3, 0.3},   {0.05, 0.05},  {1e-2, 1e-2},
                                    {1e-3, 1e-3}, {1e-4, 1e-4}, {0.41, 0.023}, {1e-4, 0.7}};

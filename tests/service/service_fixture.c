@@ -11,7 +11,6 @@
 #include "client/scene_source.h"
 #include "client/temp_folder.h"
 #include "film/exr.h"
-#include "scene/bundle.h"
 
 char fixture_folder[FIXTURE_PATH], fixture_bundle[FIXTURE_PATH];
 digest_t fixture_digest;
@@ -68,6 +67,17 @@ const char *fixture_job(double mutations_per_pixel, int seed)
              "\"report\": \"o.json\"}}",
              seed, mutations_per_pixel);
     return text;
+}
+
+void fixture_renderer(bundle_t **bundle, renderer_t **renderer)
+{
+    fault_t fault = {0};
+    const char *text = fixture_job(1, 1);
+    job_t *job = malloc(sizeof *job);
+    assert_int_equal(job_parse(job, text, strlen(text), "job", &fault), FAULT_NONE);
+    assert_int_equal(bundle_open(bundle, fixture_bundle, &fault), FAULT_NONE);
+    assert_int_equal(renderer_new(renderer, bundle_scene(*bundle), &job->settings, &fault), FAULT_NONE);
+    free(job);
 }
 
 void fixture_run_unit(renderer_t *renderer, const work_record_t *record, uint8_t **data, size_t *size)

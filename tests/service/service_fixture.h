@@ -7,6 +7,7 @@
 
 #include "base/digest.h"
 #include "plan/plan.h"
+#include "scene/bundle.h"
 
 enum { FIXTURE_PATH = 512 };
 
@@ -25,6 +26,8 @@ void fixture_remove(const char *name);
 /* A job on the scene: mmlt, 24 x 24, so many mutations per pixel, this seed. */
 const char *fixture_job(double mutations_per_pixel, int seed);
 
+/* A renderer of fixture_job(any number, 1), and the bundle that it borrows from. */
+void fixture_renderer(bundle_t **bundle, renderer_t **renderer);
 /* Runs a unit as a worker would; the caller frees *data. */
 void fixture_run_unit(renderer_t *renderer, const work_record_t *record, uint8_t **data, size_t *size);
 /* Digest of the job's pixels R, G, B, done with a plan alone. */

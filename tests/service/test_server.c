@@ -56,15 +56,9 @@ static void stop_server(void)
 
 static int setup(void **state)
 {
-    fault_t fault = {0};
-    const char *text = fixture_job(MUTATIONS, 1);
     if (fixture_setup(state) != 0)
         return -1;
-    job_t *job = malloc(sizeof *job);
-    assert_int_equal(job_parse(job, text, strlen(text), "job", &fault), FAULT_NONE);
-    assert_int_equal(bundle_open(&bundle, fixture_bundle, &fault), FAULT_NONE);
-    assert_int_equal(renderer_new(&renderer, bundle_scene(bundle), &job->settings, &fault), FAULT_NONE);
-    free(job);
+    fixture_renderer(&bundle, &renderer);
     return 0;
 }
 
