@@ -12,7 +12,7 @@ static void feature_ray(work_space_t *space, const double film[2], float *pixel)
     memcpy(space->camera, film, 2 * sizeof *film);
     if (scene->camera_dimensions == 4)
         space->camera[2] = space->camera[3] = 0; /* the lens's centre */
-    if (path_walk_camera(scene, &space->path, space->camera, 2) < 2)
+    if (path_walk_camera(scene, &space->path, space->camera, 2, PATH_ENDS_ANYWHERE) < 2)
         return;
     const path_vertex_t *z = &space->path.camera[1];
     if (z->kind != PATH_SURFACE)

@@ -58,12 +58,13 @@ void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
         space->camera[0] = ((double)(pixel % settings->width) + space->camera[0]) / settings->width;
         space->camera[1] = ((double)(pixel / settings->width) + space->camera[1]) / settings->height;
     }
-    const uint32_t camera = path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1);
+    const uint32_t camera =
+        path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1, PATH_ENDS_ON_LIGHT);
     uint32_t light = 1;
     if (settings->algorithm != SETTINGS_PT) {
         kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(K));
         if (K >= 2)
-            light = path_walk_light(&renderer->scene, &space->path, space->light, K);
+            light = path_walk_light(&renderer->scene, &space->path, space->light, K, PATH_ENDS_JOINED);
     }
     for (uint32_t t = 1; t <= camera; t++)
         for (uint32_t s = t == 1; s <= (light > 1 ? light : 1); s++)

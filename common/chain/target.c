@@ -25,7 +25,7 @@ void target_init(target_t *target, const path_scene_t *scene, const settings_t *
 
 static bool target_walk_light(const path_scene_t *scene, path_space_t *space, const double *light, uint32_t s)
 {
-    return path_walk_light(scene, space, light, s) == s && path_can_join(&space->light[s - 1]);
+    return path_walk_light(scene, space, light, s, PATH_ENDS_JOINED) == s && path_can_join(&space->light[s - 1]);
 }
 
 void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
@@ -38,7 +38,8 @@ void target_eval(const target_t *target, path_space_t *space, uint32_t s, const 
     const bool light_first = s > 0 && s < t;
     if (light_first && !target_walk_light(target->scene, space, light, s))
         return;
-    if (path_walk_camera(target->scene, space, camera, t) < t || (s > 0 && !path_can_join(&space->camera[t - 1])))
+    if (path_walk_camera(target->scene, space, camera, t, s > 0 ? PATH_ENDS_JOINED : PATH_ENDS_ON_LIGHT) < t ||
+        (s > 0 && !path_can_join(&space->camera[t - 1])))
         return;
     if (s > 0 && !light_first && !target_walk_light(target->scene, space, light, s))
         return;

@@ -4,13 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/pages.h"
+
 fault_code_t film_init(film_t *film, uint32_t width, uint32_t height, fault_t *fault)
 {
     *film = (film_t){0};
     if (width == 0 || height == 0 || width > FILM_MAX_SIDE || height > FILM_MAX_SIDE)
         return fault_set(fault, FAULT_RANGE, "film of %u x %u pixels: each side must be 1 to %d", width, height,
                          FILM_MAX_SIDE);
-    int64_t *sums = calloc((size_t)width * height, FILM_CHANNELS * sizeof *sums);
+    int64_t *sums = pages_new((size_t)width * height, FILM_CHANNELS * sizeof *sums);
     if (!sums)
         return fault_set(fault, FAULT_MEMORY, "film of %u x %u pixels: out of memory", width, height);
     film->width = width;

@@ -268,8 +268,8 @@ path_inverse_failure_t path_verify(const path_scene_t *ps, const path_space_t *s
 {
     const uint32_t k = s + t - 1, t_new = k + 1 - s_new;
     out->error = HUGE_VAL;
-    if (path_walk_camera(ps, other, camera, t_new) < t_new ||
-        (s_new > 0 && path_walk_light(ps, other, light, s_new) < s_new))
+    if (path_walk_camera(ps, other, camera, t_new, PATH_ENDS_ANYWHERE) < t_new ||
+        (s_new > 0 && path_walk_light(ps, other, light, s_new, PATH_ENDS_ANYWHERE) < s_new))
         return PATH_INVERSE_SHORT;
     const path_whole_t x = path_whole_of(space, s, k), y = path_whole_of(other, s_new, k);
     const path_inverse_failure_t failure = path_compare(&x, &y, &out->error);

@@ -33,6 +33,14 @@ static bool material_wants_uv(const scene_t *scene, int32_t index)
     return false;
 }
 
+static uint8_t shape_flags(const path_scene_t *ps, const scene_shape_t *shape)
+{
+    const bool joins = (bsdf_material_flags(ps->tables, (uint32_t)shape->material) & BSDF_HAS_SMOOTH) &&
+                       bsdf_material_visible(ps->scene, shape->material);
+    return (uint8_t)((joins ? PATH_SHAPE_JOINS : 0) | (shape->area_light >= 0 ? PATH_SHAPE_EMITS : 0) |
+                     (material_wants_uv(ps->scene, shape->material) ? PATH_SHAPE_WANTS_UV : 0));
+}
+
 fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scene_camera_t *camera, uint32_t width,
                              uint32_t height, fault_t *fault)
 {
@@ -53,15 +61,15 @@ fault_code_t path_scene_init(path_scene_t *out, const scene_t *scene, const scen
     if (code)
         goto cleanup;
     out->emitter_epsilon = malloc(sizeof *out->emitter_epsilon * out->lights.count);
-    out->shape_wants_uv = malloc(scene->shape_count + 1);
-    if (!out->emitter_epsilon || !out->shape_wants_uv) {
+    out->shape_flags = malloc(scene->shape_count + 1);
+    if (!out->emitter_epsilon || !out->shape_flags) {
         code = fault_set(fault, FAULT_MEMORY, "no memory for %u emitters", out->lights.count);
         goto cleanup;
     }
     for (uint32_t i = 0; i < out->lights.count; i++)
         out->emitter_epsilon[i] = SURFACE_EPSILON * emitter_reach(&out->lights.emitters[i]);
     for (uint32_t i = 0; i < scene->shape_count; i++)
-        out->shape_wants_uv[i] = material_wants_uv(scene, scene->shapes[i].material);
+        out->shape_flags[i] = shape_flags(out, &scene->shapes[i]);
     out->camera_dimensions = out->camera.pinhole ? 2 : 4;
 cleanup:
     if (code)
@@ -75,7 +83,7 @@ void path_scene_clear(path_scene_t *scene)
     light_set_clear(&scene->lights);
     bsdf_tables_destroy(&scene->tables);
     free(scene->emitter_epsilon);
-    free(scene->shape_wants_uv);
+    free(scene->shape_flags);
     path_recentred_destroy(&scene->moved);
     *scene = (path_scene_t){0};
 }

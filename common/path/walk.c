@@ -91,7 +91,8 @@ static bool path_scatter(const path_scene_t *ps, path_vertex_t *before, path_ver
 
 /* The vertices [1, vertices) of either walk, from vertex 0 and its step. */
 static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vertex_t *v, bsdf_t *scratch,
-                          path_step_t step, rgb_t beta, const double *u, uint32_t vertices, bsdf_mode_t mode)
+                          path_step_t step, rgb_t beta, const double *u, uint32_t vertices, path_ends_t ends,
+                          bsdf_mode_t mode)
 {
     for (uint32_t i = 1;; i++) {
         accel_hit_t hit;
@@ -115,12 +116,14 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
             to->to_previous = fabs(vec3_dot(from->ng, step.direction));
             return i + 1;
         }
+        const uint8_t shape = ps->shape_flags[hit.shape];
+        const bool last = i + 1 == vertices, wants_uv = (shape & PATH_SHAPE_WANTS_UV) != 0;
+        if (last && ends != PATH_ENDS_ANYWHERE && !(shape & ends))
+            return i;
         surface_t at;
-        const bool wants_uv = ps->shape_wants_uv[hit.shape];
         if (!surface_at_hit(ps->scene, &hit, from->kind == PATH_INFINITE ? step.origin : from->position,
                             step.direction, wants_uv, &at))
             return i;
-        const bool last = i + 1 == vertices;
         path_arrive(ps, from, &step, &hit, &at, wants_uv, last, &scratch[i], to);
         if (!(to->pdf > 0) || last)
             return to->pdf > 0 ? i + 1 : i;
@@ -130,7 +133,8 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
     }
 }
 
-uint32_t path_walk_camera(const path_scene_t *ps, path_space_t *space, const double *u, uint32_t vertices)
+uint32_t path_walk_camera(const path_scene_t *ps, path_space_t *space, const double *u, uint32_t vertices,
+                          path_ends_t ends)
 {
     path_vertex_t *z = &space->camera[0];
     static const double centre[2] = {0.5, 0.5};
@@ -154,7 +158,7 @@ uint32_t path_walk_camera(const path_scene_t *ps, path_space_t *space, const dou
     space->raster = sample.raster;
     const path_step_t step = {sample.origin, sample.direction, sample.pdf_direction};
     return path_walk(ps, space, z, space->camera_bsdf, step, rgb_gray(sample.weight), u + ps->camera_dimensions,
-                     vertices, BSDF_RADIANCE);
+                     vertices, ends, BSDF_RADIANCE);
 }
 
 static bool path_origin_of(const path_scene_t *ps, const double u[3], light_sample_t *at, path_vertex_t *y)
@@ -203,7 +207,8 @@ bool path_light_origin(const path_scene_t *ps, const double u[3], path_vertex_t 
     return path_origin_of(ps, u, &at, y);
 }
 
-uint32_t path_walk_light(const path_scene_t *ps, path_space_t *space, const double *u, uint32_t vertices)
+uint32_t path_walk_light(const path_scene_t *ps, path_space_t *space, const double *u, uint32_t vertices,
+                         path_ends_t ends)
 {
     path_vertex_t *y = &space->light[0];
     light_sample_t at;
@@ -225,6 +230,6 @@ uint32_t path_walk_light(const path_scene_t *ps, path_space_t *space, const doub
                                   ? surface_offset(y->position, y->ng, y->epsilon, emission.direction)
                                   : emission.origin,
                               emission.direction, emission.pdf_direction};
-    return path_walk(ps, space, y, space->light_bsdf, step, beta, u + PATH_LIGHT_DIMENSIONS, vertices,
+    return path_walk(ps, space, y, space->light_bsdf, step, beta, u + PATH_LIGHT_DIMENSIONS, vertices, ends,
                      BSDF_IMPORTANCE);
 }

@@ -24,16 +24,31 @@ enum {
     PATH_MAX_DIMENSIONS = 5 + BSDF_DIMENSIONS * PATH_MAX_LENGTH
 };
 
+/* What walks need to know of a shape before they look at where they hit it. */
+enum {
+    PATH_SHAPE_JOINS = 1, /* a walk that ends here may be joined to another: its material may scatter not only
+                             specularly */
+    PATH_SHAPE_EMITS = 2,
+    PATH_SHAPE_WANTS_UV = 4 /* its material needs (u,v) or a tangent */
+};
+
+/* Where the last vertex of a walk is of use; elsewhere it is not made, as if the ray had missed. */
+typedef enum path_ends {
+    PATH_ENDS_JOINED = PATH_SHAPE_JOINS,
+    PATH_ENDS_ON_LIGHT = PATH_SHAPE_EMITS,
+    PATH_ENDS_ANYWHERE = 255
+} path_ends_t;
+
 /* Everything that paths are made in. */
 typedef struct path_scene {
-    const scene_t *scene; /* the one borrowed, or `moved`'s */
+    const scene_t *scene;         /* the one borrowed, or `moved`'s */
     struct path_recentred *moved; /* a copy near the origin of a scene that lies far from it; else null */
     accel_t *accel;
     light_set_t lights;
     camera_t camera;
     bsdf_tables_t *tables;
     double *emitter_epsilon;    /* per emitter: how far rays start off it */
-    uint8_t *shape_wants_uv;    /* per shape: its material needs (u,v) or a tangent */
+    uint8_t *shape_flags;       /* per shape: PATH_SHAPE_... */
     uint32_t camera_dimensions; /* before the first scattering: 2 for a pinhole, else 4 */
 } path_scene_t;
 
@@ -58,7 +73,8 @@ typedef struct path_space {
     path_vertex_t light[PATH_MAX_VERTICES];
     vec2_t raster; /* of the camera walk */
     uint64_t rays, shadow_rays, rejects[PATH_REJECTS];
-    /* Of the last connection that carried light: reverse density over density at y_{s-1}, y_{s-2}, z_{t-1}, z_{t-2}. */
+    /* Of the last connection that carried light: reverse density over density at y_{s-1}, y_{s-2}, z_{t-1},
+     * z_{t-2}. */
     double end_ratios[4];
     bsdf_t camera_bsdf[PATH_MAX_VERTICES]; /* for materials with textures; else untouched */
     bsdf_t light_bsdf[PATH_MAX_VERTICES];
@@ -78,11 +94,14 @@ static inline uint32_t path_light_dimensions(uint32_t vertices)
 
 /* Walks from the camera to at most `vertices` vertices (>= 1) and returns how many it reached. A ray that leaves
  * the scene ends in a vertex of kind PATH_INFINITE if there are lights at infinity to hit. The last vertex asked
- * for is not scattered at. With one vertex only the lens is sampled. */
-uint32_t path_walk_camera(const path_scene_t *scene, path_space_t *space, const double *u, uint32_t vertices);
+ * for is not scattered at, and left out where `ends` says that it is of no use there. With one vertex only the lens
+ * is sampled. */
+uint32_t path_walk_camera(const path_scene_t *scene, path_space_t *space, const double *u, uint32_t vertices,
+                          path_ends_t ends);
 
 /* The same from a light; vertices >= 1. 0 if no light was found. */
-uint32_t path_walk_light(const path_scene_t *scene, path_space_t *space, const double *u, uint32_t vertices);
+uint32_t path_walk_light(const path_scene_t *scene, path_space_t *space, const double *u, uint32_t vertices,
+                         path_ends_t ends);
 
 /* Only y_0, from its three numbers (select, position). */
 bool path_light_origin(const path_scene_t *scene, const double u[3], path_vertex_t *y);

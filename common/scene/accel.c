@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/pages.h"
 #include "base/random.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
@@ -23,6 +24,8 @@ struct accel {
     uint32_t *analytic;           /* shapes of the user geometry (spheres, disks), by primitive */
     uint32_t analytic_count, analytic_id;
     uint32_t *shape_of_geometry;
+    float *corners;        /* of all meshes' triangles: position (and normal) of each corner */
+    size_t *shape_corners; /* by shape: where its corners begin */
     _Atomic size_t bytes;
 };
 
@@ -122,7 +125,7 @@ static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct 
             return true;
         surface_t at = {.u = 0};
         if (shape->alpha.texture >= 0)
-            surface_at_hit(accel->data, &(accel_hit_t){index, 0, *t}, o, d, true, &at);
+            surface_at_hit(accel->data, &(accel_hit_t){index, 0, *t, NULL}, o, d, true, &at);
         if (accel_opaque(accel, index, 0, at.u, at.v, ray, *t))
             return true;
     }
@@ -193,22 +196,59 @@ static fault_code_t accel_device_fault(const accel_t *accel, fault_t *fault)
                      "Embree: error %d while building the scene", (int)error);
 }
 
+static uint32_t accel_corner_floats(const scene_shape_t *shape)
+{
+    return shape->flags & SCENE_SHAPE_NORMALS ? 6 : 3;
+}
+
+/* The table of corners. */
+static fault_code_t accel_fill_corners(accel_t *accel, fault_t *fault)
+{
+    const scene_t *scene = accel->data;
+    size_t floats = 0;
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        accel->shape_corners[i] = floats;
+        floats += scene->shapes[i].kind == SCENE_SHAPE_MESH
+                      ? 3 * (size_t)accel_corner_floats(&scene->shapes[i]) * scene->shapes[i].triangles
+                      : 0;
+    }
+    accel->corners = pages_new(floats + 4, sizeof *accel->corners); /* Embree reads 16 bytes at the last corner */
+    if (!accel->corners)
+        return fault_set(fault, FAULT_MEMORY, "no memory for the corners of %llu triangles",
+                         (unsigned long long)scene->triangle_count);
+    accel->bytes += (floats + 4) * sizeof *accel->corners;
+    for (uint32_t i = 0; i < scene->shape_count; i++) {
+        const scene_shape_t *shape = &scene->shapes[i];
+        float *to = accel->corners + accel->shape_corners[i];
+        const uint32_t *corner = scene->indices + 3 * (size_t)shape->first_triangle;
+        const uint32_t stride = accel_corner_floats(shape);
+        for (size_t j = 0; shape->kind == SCENE_SHAPE_MESH && j < 3 * (size_t)shape->triangles; j++, to += stride) {
+            const size_t vertex = shape->first_vertex + (size_t)corner[j];
+            memcpy(to, scene->positions + 3 * vertex, 3 * sizeof(float));
+            if (stride == 6)
+                memcpy(to + 3, scene->normals + 3 * vertex, 3 * sizeof(float));
+        }
+    }
+    return FAULT_NONE;
+}
+
 static fault_code_t accel_add_mesh(accel_t *accel, uint32_t index, fault_t *fault)
 {
     const scene_t *scene = accel->data;
     const scene_shape_t *shape = &scene->shapes[index];
     RTCGeometry geometry = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    /* Copies: Embree reads 16 bytes at the last vertex, which shared memory might not have. */
-    float *vertices =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, shape->vertices);
+    const uint32_t stride = accel_corner_floats(shape) * sizeof(float);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               accel->corners + accel->shape_corners[index], 0, stride,
+                               3 * (size_t)shape->triangles);
     uint32_t *indices =
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, shape->triangles);
-    if (!vertices || !indices) {
+    if (!indices) {
         rtcReleaseGeometry(geometry);
         return accel_device_fault(accel, fault);
     }
-    memcpy(vertices, scene->positions + 3 * (size_t)shape->first_vertex, 12 * (size_t)shape->vertices);
-    memcpy(indices, scene->indices + 3 * (size_t)shape->first_triangle, 12 * (size_t)shape->triangles);
+    for (uint32_t i = 0; i < 3 * shape->triangles; i++)
+        indices[i] = i;
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
     accel->geometries[index] = (accel_geometry_t){accel, index};
     rtcSetGeometryUserData(geometry, &accel->geometries[index]);
@@ -246,11 +286,15 @@ fault_code_t accel_new(accel_t **out, const scene_t *scene, fault_t *fault)
     accel->geometries = calloc(scene->shape_count + 1, sizeof *accel->geometries);
     accel->analytic = calloc(scene->shape_count + 1, sizeof *accel->analytic);
     accel->shape_of_geometry = calloc(scene->shape_count + 1, sizeof *accel->shape_of_geometry);
+    accel->shape_corners = calloc(scene->shape_count + 1, sizeof *accel->shape_corners);
     fault_code_t code = FAULT_NONE;
-    if (!accel->geometries || !accel->analytic || !accel->shape_of_geometry) {
+    if (!accel->geometries || !accel->analytic || !accel->shape_of_geometry || !accel->shape_corners) {
         code = fault_set(fault, FAULT_MEMORY, "no memory for %u shapes", scene->shape_count);
         goto cleanup;
     }
+    code = accel_fill_corners(accel, fault);
+    if (code)
+        goto cleanup;
     accel->device = rtcNewDevice("threads=1,set_affinity=0");
     if (!accel->device) {
         code = accel_device_fault(accel, fault);
@@ -295,16 +339,16 @@ void accel_destroy(accel_t **accel)
     free((*accel)->geometries);
     free((*accel)->analytic);
     free((*accel)->shape_of_geometry);
+    free((*accel)->shape_corners);
+    free((*accel)->corners);
     free(*accel);
     *accel = NULL;
 }
 
-/* Embree's assertions abort beyond about 1e18; one comparison sees NaN and infinity too. */
-static bool accel_ray_sound(vec3_t origin, vec3_t direction)
+/* Embree's assertions abort beyond about 1e18. One comparison for six numbers: a sum with a NaN is one. */
+static bool accel_ray_sound(vec3_t o, vec3_t d)
 {
-    const double limit = 1e18;
-    return vec3_max_abs(origin) < limit && vec3_max_abs(direction) < limit && vec3_finite(origin) &&
-           vec3_finite(direction);
+    return (fabs(o.x) + fabs(d.x)) + (fabs(o.y) + fabs(d.y)) + (fabs(o.z) + fabs(d.z)) < 1e18;
 }
 
 static struct RTCRay accel_ray(vec3_t origin, vec3_t direction, float far)
@@ -336,6 +380,10 @@ accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direc
     hit->shape = analytic ? accel->analytic[rayhit.hit.primID] : accel->shape_of_geometry[rayhit.hit.geomID];
     hit->primitive = analytic ? 0 : rayhit.hit.primID;
     hit->t = rayhit.ray.tfar;
+    const scene_shape_t *shape = &accel->data->shapes[hit->shape];
+    hit->corners = analytic ? NULL
+                            : accel->corners + accel->shape_corners[hit->shape] +
+                                  3 * (size_t)accel_corner_floats(shape) * hit->primitive;
     return ACCEL_HIT;
 }
 

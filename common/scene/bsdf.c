@@ -88,9 +88,11 @@ static bool sample_specular(const bsdf_t *bsdf, const bsdf_tables_t *tables, uin
 {
     const bsdf_lobe_t *lobe = &bsdf->lobes[l];
     const double eta = sign > 0 ? lobe->eta : 1 / lobe->eta;
-    const bool transmitted = rest >= bsdf_lobe_reflects(lobe, eta, wo);
+    double g;
+    const double reflects = bsdf_lobe_reflects(lobe, eta, wo, &g);
+    const bool transmitted = rest >= reflects;
     bsdf_specular_t event;
-    bsdf_lobe_specular(lobe, eta, wo, transmitted, mode, &event);
+    bsdf_lobe_specular(lobe, eta, wo, reflects, g, transmitted, mode, &event);
     if (!(event.probability > 0) || event.wi.z == 0)
         return false;
     double reverse = 1;
@@ -130,6 +132,8 @@ bool bsdf_sample_mixture(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t
         return false;
     const double sign = copysign(1, wo.z);
     wo.z *= sign;
+    if (bsdf->count == 1 && BSDF_KIND_IS_SPECULAR(bsdf->lobes[0].kind))
+        return sample_specular(bsdf, tables, 0, sign, wo, u[0], 1, mode, out);
     bsdf_share_t so[BSDF_MAX_LOBES], si[BSDF_MAX_LOBES];
     shares_of(bsdf, tables, wo, so);
     double rest;
@@ -176,7 +180,8 @@ static bool invert_specular(const bsdf_t *bsdf, uint32_t l, double sign, vec3_t 
     if (l >= bsdf->count || !BSDF_KIND_IS_SPECULAR(bsdf->lobes[l].kind))
         return false;
     const bsdf_lobe_t *lobe = &bsdf->lobes[l];
-    const double reflects = bsdf_lobe_reflects(lobe, sign > 0 ? lobe->eta : 1 / lobe->eta, wo);
+    double g;
+    const double reflects = bsdf_lobe_reflects(lobe, sign > 0 ? lobe->eta : 1 / lobe->eta, wo, &g);
     const double begin = wi.z < 0 ? reflects : 0, end = wi.z < 0 ? 1 : reflects;
     if (!(end > begin))
         return false;

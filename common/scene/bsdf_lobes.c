@@ -231,13 +231,14 @@ void bsdf_lobe_invert(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi,
 /* ---- specular ---- */
 
 /* Thin dielectric: R' = R + T^2 R / (1 - R^2) = 2 R / (1 + R), all interreflections between its two faces. */
-double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo)
+double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double *g)
 {
+    *g = 0;
     switch (lobe->kind) {
     case BSDF_PASS:
         return 0;
     case BSDF_MIRROR_DIELECTRIC:
-        return fresnel_dielectric(wo.z, eta);
+        return fresnel_dielectric_g(wo.z, eta, g);
     case BSDF_MIRROR_THIN: {
         const double r = fresnel_dielectric(wo.z, lobe->eta);
         return 2 * r / (1 + r);
@@ -263,10 +264,9 @@ static rgb_t mirror_coefficient(const bsdf_lobe_t *lobe, double c)
     }
 }
 
-void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, bool transmitted, bsdf_mode_t mode,
-                        bsdf_specular_t *out)
+void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double reflects, double g, bool transmitted,
+                        bsdf_mode_t mode, bsdf_specular_t *out)
 {
-    const double reflects = bsdf_lobe_reflects(lobe, eta, wo);
     out->transmitted = transmitted;
     out->eta = 1;
     if (!transmitted) {
@@ -281,10 +281,9 @@ void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, bool tra
     out->wi = vec3_neg(wo);
     if (lobe->kind != BSDF_MIRROR_DIELECTRIC || reflects >= 1)
         return;
-    double g;
-    fresnel_dielectric_g(wo.z, eta, &g);
-    out->wi = vec3(-wo.x / eta, -wo.y / eta, -g / eta);
+    const double inverse = 1 / eta;
+    out->wi = vec3(-wo.x * inverse, -wo.y * inverse, -g * inverse);
     out->eta = eta;
     if (mode == BSDF_RADIANCE)
-        out->coefficient = rgb_scale(out->coefficient, 1 / (eta * eta));
+        out->coefficient = rgb_scale(out->coefficient, inverse * inverse);
 }

@@ -37,12 +37,13 @@ typedef struct bsdf_specular {
     bool transmitted;
 } bsdf_specular_t;
 
-/* The specular event that `transmitted` names; probability 0 if there is none. */
-void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, bool transmitted, bsdf_mode_t mode,
-                        bsdf_specular_t *out);
+/* Probability that a specular lobe reflects. *g: eta times the refracted cosine, of a lobe that refracts. */
+double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double *g);
 
-/* Probability that a specular lobe reflects. */
-double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo);
+/* The specular event that `transmitted` names; probability 0 if there is none. `reflects` and g are
+ * bsdf_lobe_reflects's. */
+void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double reflects, double g, bool transmitted,
+                        bsdf_mode_t mode, bsdf_specular_t *out);
 
 /* F + T^2 C / (1 - F C) per channel: a smooth coat of reflectance F over a mirror of reflectance C. */
 rgb_t bsdf_coated_mirror(double coat, rgb_t conductor);

@@ -175,6 +175,8 @@ fault_code_t camera_init(camera_t *camera, const scene_camera_t *data, uint32_t 
     camera->raster_y0 = -margin_y;
     camera->raster_w = camera->width + 2 * margin_x;
     camera->raster_h = camera->height + 2 * margin_y;
+    camera->raster_x1 = nextafter(camera->raster_x0 + camera->raster_w, camera->raster_x0);
+    camera->raster_y1 = nextafter(camera->raster_y0 + camera->raster_h, camera->raster_y0);
     camera->imaging_scale = data->imaging_scale;
     if (!(camera->plane_pixel_area > 0 && camera->lens_area > 0 && isfinite(camera->plane_pixel_area) &&
           isfinite(camera->lens_area)))
@@ -243,13 +245,13 @@ double camera_sample_lens(const camera_t *camera, const double lens[2], vec3_t *
  * what camera_sample makes of u = 0 is found again. */
 #define CAMERA_EDGE 1e-12
 
-/* x in [low, low + size), just outside moved to the edge; false if it is further away. */
-static bool clamp_to_domain(double *x, double low, double size)
+/* x in [low, high], just outside moved to the edge; false if it is further away. */
+static bool clamp_to_domain(double *x, double low, double high)
 {
-    const double high = low + size, slack = CAMERA_EDGE * size;
+    const double slack = CAMERA_EDGE * (high - low);
     if (!(*x >= low - slack && *x <= high + slack))
         return false;
-    *x = fmin(fmax(*x, low), nextafter(high, low));
+    *x = math_min(math_max(*x, low), high);
     return true;
 }
 
@@ -260,8 +262,8 @@ bool camera_eval(const camera_t *camera, vec3_t origin, vec3_t direction, camera
         return false;
     const vec3_t offset = vec3_sub(origin, camera->origin);
     out->raster = raster_of_plane(camera, plane_point(camera, offset, direction, cosine));
-    if (!clamp_to_domain(&out->raster.x, camera->raster_x0, camera->raster_w) ||
-        !clamp_to_domain(&out->raster.y, camera->raster_y0, camera->raster_h))
+    if (!clamp_to_domain(&out->raster.x, camera->raster_x0, camera->raster_x1) ||
+        !clamp_to_domain(&out->raster.y, camera->raster_y0, camera->raster_y1))
         return false;
     const double density = raster_per_solid(camera, cosine);
     out->pdf_direction = density / (camera->raster_w * camera->raster_h);

@@ -48,6 +48,7 @@ typedef struct camera {
     vec3_t lens_x, lens_y;     /* world: the lens's half axes; zero for a pinhole */
     vec3_t unlens_x, unlens_y; /* of a point q on the lens: disk x = (q - origin) . unlens_x */
     double raster_x0, raster_y0, raster_w, raster_h; /* the sampled domain */
+    double raster_x1, raster_y1;                     /* its largest coordinates: just below its ends */
     double plane_pixel_area;                         /* of one pixel on the plane at distance 1 */
     double lens_radius, focal_distance, lens_area;   /* world units; area 1 for a pinhole */
     double imaging_scale;

@@ -1,5 +1,7 @@
 #include "scene/surface.h"
 
+#include <string.h>
+
 static vec3_t surface_vec(const float *p)
 {
     return vec3(p[0], p[1], p[2]);
@@ -19,14 +21,30 @@ static vec3_t surface_triangle_tangent(vec3_t e1, vec3_t e2, double du1, double 
     return vec3_scale(vec3_sub(vec3_scale(e1, dv2), vec3_scale(e2, dv1)), 1 / determinant);
 }
 
-static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, uint32_t primitive, vec3_t origin,
-                             vec3_t direction, bool want_uv, surface_t *out)
+/* Three corners, each a position and, where the shape has them, a normal. */
+static const float *surface_gather(const scene_t *scene, const scene_shape_t *shape, uint32_t primitive, float *to)
 {
     const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + primitive);
-    const size_t base = shape->first_vertex;
-    const size_t a = base + corner[0], b = base + corner[1], c = base + corner[2];
-    const vec3_t p0 = surface_vec(scene->positions + 3 * a), p1 = surface_vec(scene->positions + 3 * b),
-                 p2 = surface_vec(scene->positions + 3 * c);
+    const bool normals = (shape->flags & SCENE_SHAPE_NORMALS) != 0;
+    float *at = to;
+    for (int i = 0; i < 3; i++) {
+        const size_t vertex = shape->first_vertex + (size_t)corner[i];
+        memcpy(at, scene->positions + 3 * vertex, 3 * sizeof(float));
+        if (normals)
+            memcpy(at + 3, scene->normals + 3 * vertex, 3 * sizeof(float));
+        at += normals ? 6 : 3;
+    }
+    return to;
+}
+
+static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, const accel_hit_t *hit,
+                             vec3_t origin, vec3_t direction, bool want_uv, surface_t *out)
+{
+    float gathered[18];
+    const float *corners = hit->corners ? hit->corners : surface_gather(scene, shape, hit->primitive, gathered);
+    const int stride = shape->flags & SCENE_SHAPE_NORMALS ? 6 : 3;
+    const vec3_t p0 = surface_vec(corners), p1 = surface_vec(corners + stride),
+                 p2 = surface_vec(corners + 2 * stride);
     const vec3_t e1 = vec3_sub(p1, p0), e2 = vec3_sub(p2, p0);
     const vec3_t n = vec3_cross(e1, e2);
     const double n2 = vec3_dot(n, n), det = vec3_dot(n, direction);
@@ -51,8 +69,7 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, u
     out->ng = vec3_scale(n, (shape->flags & SCENE_SHAPE_FLIP ? -1 : 1) / sqrt(n2));
     out->ns = out->ng;
     if (shape->flags & SCENE_SHAPE_NORMALS) {
-        const vec3_t n0 = surface_vec(scene->normals + 3 * a), n1 = surface_vec(scene->normals + 3 * b),
-                     n2v = surface_vec(scene->normals + 3 * c);
+        const vec3_t n0 = surface_vec(corners + 3), n1 = surface_vec(corners + 9), n2v = surface_vec(corners + 15);
         const vec3_t ns = vec3_mad(vec3_mad(vec3_scale(n0, 1 - b1 - b2), b1, n1), b2, n2v);
         const double length2 = vec3_dot(ns, ns);
         if (length2 > 1e-12) /* else the corners cancel and say nothing */
@@ -60,7 +77,10 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, u
     }
     if (want_uv) {
         if (shape->flags & SCENE_SHAPE_UVS) {
-            const float *t0 = scene->uvs + 2 * a, *t1 = scene->uvs + 2 * b, *t2 = scene->uvs + 2 * c;
+            const uint32_t *corner = scene->indices + 3 * ((size_t)shape->first_triangle + hit->primitive);
+            const float *uvs = scene->uvs + 2 * (size_t)shape->first_vertex;
+            const float *t0 = uvs + 2 * (size_t)corner[0], *t1 = uvs + 2 * (size_t)corner[1],
+                        *t2 = uvs + 2 * (size_t)corner[2];
             const double u0 = t0[0], v0 = t0[1];
             const double du1 = t1[0] - u0, dv1 = t1[1] - v0, du2 = t2[0] - u0, dv2 = t2[1] - v0;
             out->u = u0 + b1 * du1 + b2 * du2;
@@ -137,7 +157,7 @@ bool surface_at_hit(const scene_t *scene, const accel_hit_t *hit, vec3_t origin,
     const scene_shape_t *shape = &scene->shapes[hit->shape];
     switch (shape->kind) {
     case SCENE_SHAPE_MESH:
-        return surface_triangle(scene, shape, hit->primitive, origin, direction, want_uv, out);
+        return surface_triangle(scene, shape, hit, origin, direction, want_uv, out);
     case SCENE_SHAPE_SPHERE:
         return surface_sphere(shape, hit->t, origin, direction, want_uv, out);
     default:

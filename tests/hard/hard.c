@@ -395,7 +395,8 @@ static bool make_path(const path_scene_t *ps, path_space_t *space, const target_
         options->spoil(light, target->light_count, random_u64(key, 2001));
     }
     const uint32_t t = target->length + 1 - s;
-    return path_walk_camera(ps, space, camera, t) == t && (s == 0 || path_walk_light(ps, space, light, s) == s) &&
+    return path_walk_camera(ps, space, camera, t, PATH_ENDS_ANYWHERE) == t &&
+           (s == 0 || path_walk_light(ps, space, light, s, PATH_ENDS_ANYWHERE) == s) &&
            path_connect(ps, space, s, t, NULL, &target->techniques, value);
 }
 
@@ -477,7 +478,7 @@ double hard_leaks(const scene_t *scene, uint32_t walks, uint32_t length)
         const uint64_t key = random_key(9, RANDOM_PURPOSE_TEST, length, i);
         for (uint32_t d = 0; d < path_camera_dimensions(&ps, length + 1); d++)
             u[d] = random_double(key, d);
-        const uint32_t vertices = path_walk_camera(&ps, space, u, length + 1);
+        const uint32_t vertices = path_walk_camera(&ps, space, u, length + 1, PATH_ENDS_ANYWHERE);
         segments += vertices;
         leaks += vertices <= length;
     }

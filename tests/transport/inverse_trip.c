@@ -58,8 +58,8 @@ double trip_make(trip_t *trip, uint32_t s)
 {
     const uint32_t t = trip->target.length + 1 - s;
     path_value_t value;
-    if (path_walk_camera(&trip->ps, trip->x, trip->camera, t) < t ||
-        (s > 0 && path_walk_light(&trip->ps, trip->x, trip->light, s) < s) ||
+    if (path_walk_camera(&trip->ps, trip->x, trip->camera, t, PATH_ENDS_ANYWHERE) < t ||
+        (s > 0 && path_walk_light(&trip->ps, trip->x, trip->light, s, PATH_ENDS_ANYWHERE) < s) ||
         !path_connect(&trip->ps, trip->x, s, t, NULL, &trip->target.techniques, &value))
         return 0;
     return target_scalar(trip->target.kind, value.value);

@@ -13,9 +13,9 @@
 #include "load.h"
 #include "reference.h"
 
-/* Relative. Directions are recomputed from positions, which costs a specular or narrow lobe 1e-16 distance / width: the
- * scenes' narrowest smooth lobe has alpha 0.15. A hit that rounding puts outside its triangle is moved to the edge, by
- * at most the rays' offset of 2^-20: about one path in ten thousand. */
+/* Relative. Directions are recomputed from positions, which costs a specular or narrow lobe 1e-16 distance / width:
+ * the scenes' narrowest smooth lobe has alpha 0.15. A hit that rounding puts outside its triangle is moved to the
+ * edge, by at most the rays' offset of 2^-20: about one path in ten thousand. */
 static const double tolerance = 1e-9, tolerance_at_edges = 0x1p-19;
 static const double share_at_edges = 1e-3;
 enum { PATHS = 4000, LENGTH = 7 };
@@ -40,7 +40,8 @@ static void compare_path(const path_scene_t *ps, path_space_t *space, const targ
         light[i] = random_double(key, 1000 + i);
     const uint32_t t = target->length + 1 - s;
     path_value_t value;
-    if (path_walk_camera(ps, space, camera, t) < t || (s > 0 && path_walk_light(ps, space, light, s) < s) ||
+    if (path_walk_camera(ps, space, camera, t, PATH_ENDS_ANYWHERE) < t ||
+        (s > 0 && path_walk_light(ps, space, light, s, PATH_ENDS_ANYWHERE) < s) ||
         !path_connect(ps, space, s, t, NULL, &target->techniques, &value))
         return;
     reference_t reference;
