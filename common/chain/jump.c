@@ -4,34 +4,27 @@
 
 #include "path/inverse.h"
 
-/* A technique by the path's weights. */
-static uint32_t jump_draw(const double *weights, uint32_t techniques, uint32_t s, double u)
+uint32_t jump_draw(const double *weights, uint32_t count, uint32_t last, double u)
 {
-    for (uint32_t j = 0; j < techniques; j++) {
+    for (uint32_t j = 0; j < count; j++) {
         if (u < weights[j])
             return j;
         u -= weights[j];
     }
-    return s; /* by rounding */
+    return last;
 }
 
-bool jump_propose(work_space_t *space, const target_t *target, uint32_t s, uint64_t key, uint32_t *s_new,
-                  target_value_t *value)
+bool jump_invert(chain_t *chain, uint64_t key, uint32_t s, target_value_t *value)
 {
-    const uint32_t k = target->length, t = k + 1 - s;
-    double weights[PATH_MAX_VERTICES];
-    /* the walks of the current path: the space holds those of the last proposal */
-    target_eval(target, &space->path, s, space->camera, space->light, value);
-    if (!(value->c > 0) || !path_technique_weights(&space->path, s, t, &target->techniques, weights))
-        return false;
-    *s_new = jump_draw(weights, k + 1, s, random_double(key, UNIT_DRAW_TECHNIQUE));
-    if (*s_new == s)
-        return true;
-    memcpy(space->camera_new, space->camera, sizeof(double) * target->camera_count);
-    memcpy(space->light_new, space->light, sizeof(double) * target->light_count);
+    work_space_t *space = chain->space;
+    const target_t *target = chain->target;
+    const uint32_t t = target->length + 1 - chain->s;
     path_check_t check;
-    if (!path_invert_jump(target->scene, &space->path, s, t, *s_new, key, space->camera_new, space->light_new) ||
-        path_verify(target->scene, &space->path, s, t, space->other, *s_new, space->camera_new, space->light_new,
+    memcpy(space->camera, chain->camera, sizeof(double) * target->camera_count);
+    memcpy(space->light, chain->light, sizeof(double) * target->light_count);
+    if (!path_invert_jump(target->scene, chain->kept, chain->s, t, s, random_step(key, UNIT_DRAW_FREE),
+                          space->camera, space->light) ||
+        path_verify(target->scene, chain->kept, chain->s, t, &space->path, s, space->camera, space->light,
                     &target->techniques, &check) != PATH_INVERSE_AGREES)
         return false;
     value->c = target_scalar(target->kind, check.value.value);
@@ -40,4 +33,64 @@ bool jump_propose(work_space_t *space, const target_t *target, uint32_t s, uint6
     value->color = rgb_scale(check.value.value, 1 / value->c);
     value->raster = check.value.raster;
     return true;
+}
+
+/* To technique s with acceptance probability a, if the inverse exists. The path stays where it is, so its weight is
+ * one more whole step whatever becomes of it. */
+static void jump_to(chain_t *chain, uint64_t key, uint32_t s, double a)
+{
+    const target_t *target = chain->target;
+    target_value_t value;
+    chain->gathered += 1;
+    if (s == chain->s) {
+        chain->stats->accepted[WORK_MOVE_JUMP] += 1;
+        return;
+    }
+    if (!(a > 0) || !jump_invert(chain, key, s, &value))
+        return;
+    chain->stats->accepted[WORK_MOVE_JUMP] += a;
+    if (!(random_double(key, UNIT_DRAW_ACCEPT) < a))
+        return;
+    work_space_t *space = chain->space;
+    chain->s = s;
+    chain->current = value;
+    memcpy(chain->camera, space->camera, sizeof(double) * target->camera_count);
+    memcpy(chain->light, space->light, sizeof(double) * target->light_count);
+    path_space_swap_camera(&space->path, chain->kept);
+    path_space_swap_light(&space->path, chain->kept);
+    memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
+}
+
+static bool jump_weights(const chain_t *chain, double *weights)
+{
+    const target_t *target = chain->target;
+    return path_technique_weights(chain->kept, chain->s, target->length + 1 - chain->s, &target->techniques,
+                                  weights);
+}
+
+void jump_reversible(chain_t *chain, uint64_t key)
+{
+    double weights[PATH_MAX_VERTICES];
+    chain->stats->proposed[WORK_MOVE_JUMP]++;
+    if (!jump_weights(chain, weights)) {
+        chain->gathered += 1;
+        return;
+    }
+    jump_to(chain, key,
+            jump_draw(weights, chain->target->length + 1, chain->s, random_double(key, UNIT_DRAW_TECHNIQUE)), 1);
+}
+
+void jump_chart(chain_t *chain, uint64_t key)
+{
+    double weights[PATH_MAX_VERTICES];
+    chain->stats->proposed[WORK_MOVE_JUMP]++;
+    if (!jump_weights(chain, weights)) {
+        chain->gathered += 1;
+        return;
+    }
+    const double *shares = chain->shares;
+    const uint32_t s =
+        jump_draw(shares, chain->target->length + 1, chain->s, random_double(key, UNIT_DRAW_TECHNIQUE));
+    const double there = weights[s] * shares[chain->s], back = weights[chain->s] * shares[s];
+    jump_to(chain, key, s, there < back ? there / back : 1);
 }

@@ -1,19 +1,30 @@
-/* jump.h: the reversible jump between techniques (Bitterli and Jarosz 2017): the path stays, its technique and
- * numbers change.
+/* jump.h: the path stays, its technique and its numbers change.
  *
- * From (s, u) with x = S_s(u): draw s' with the probability w_s'(x), take v = R_s'(x) (path/inverse.h), go to (s',
- * v). Proposal and target cancel (C is a function of x, w_s' / w_s = p_s' / p_s is the Jacobian's inverse):
- * accepted always, when the inverse exists. A jump is checked by making the path again; one that does not come back
- * is refused and counted as not accepted.
+ * From (s, u) with x = S_s(u): draw s', take v = R_s'(x) (path/inverse.h), go to (s', v). C is a function of x, and
+ * the Jacobian of the change of numbers is p_s / p_s' = w_s / w_s', so the acceptance ratio is
+ *
+ *     w_s'(x) T(s | x) / (w_s(x) T(s' | x)),    T the probability of drawing the technique:
+ *
+ * rjmlt  T = w(x): 1, always accepted when the inverse exists (Bitterli and Jarosz 2017, section 5)
+ * cmlt   T fixed, in proportion to the techniques' energies b_{k,s} (Pantaleoni 2017, eq. 25 and section 6.1)
+ *
+ * A jump is checked by making the path again; one that does not come back is refused and counted as not accepted.
  */
 #ifndef CHAIN_JUMP_H
 #define CHAIN_JUMP_H
 
-#include "chain/unit.h"
+#include "chain/chain.h"
 
-/* The state (s; space->camera, space->light) jumps: true with the new technique, the numbers in space->camera_new
- * and space->light_new, and the value. *s_new = s: it stays where it is, which is a jump too. */
-bool jump_propose(work_space_t *space, const target_t *target, uint32_t s, uint64_t key, uint32_t *s_new,
-                  target_value_t *value);
+/* T by the path's weights. */
+void jump_reversible(chain_t *chain, uint64_t key);
+/* T = chain->shares. */
+void jump_chart(chain_t *chain, uint64_t key);
+
+/* The chain's path by technique s: its numbers into the space's, its walks into the space's, its value. False if it
+ * does not come back. */
+bool jump_invert(chain_t *chain, uint64_t key, uint32_t s, target_value_t *value);
+
+/* An index by weights that sum to one; `last` if rounding leaves none. */
+uint32_t jump_draw(const double *weights, uint32_t count, uint32_t last, double u);
 
 #endif

@@ -75,6 +75,51 @@ void kernel_perturb(const kernel_t *kernel, uint64_t key, uint64_t first, const 
                                                                                  count);
 }
 
+kernel_t kernel_shortened(const kernel_t *kernel, double factor)
+{
+    kernel_t shorter = *kernel;
+    shorter.size *= factor;
+    return shorter;
+}
+
+static double kernel_distance(double a, double b)
+{
+    const double d = fabs(a - b);
+    return d < 0.5 ? d : 1 - d;
+}
+
+/* log of the density at a distance, up to a constant. Kelemen: 1/d from s1 to s2; the ends are taken a little
+ * further than the polynomial's error can carry a step, so that none that was made is thought impossible. */
+static double kernel_log_density(const kernel_t *kernel, double distance)
+{
+    if (kernel->kind == SETTINGS_KERNEL_GAUSSIAN) { /* wrapped round: sigma is at most half a turn */
+        double sum = 0;
+        for (int turns = -4; turns <= 4; turns++) {
+            const double x = (distance + turns) / kernel->size;
+            sum += exp(-0.5 * x * x);
+        }
+        return sum > 0 ? log(sum) : -HUGE_VAL;
+    }
+    const double slack = 1e-5;
+    if (distance > kernel->size * (1 + slack) || distance < kernel->size * exp2(-kernel->log_ratio) * (1 - slack))
+        return -HUGE_VAL;
+    return -log(distance);
+}
+
+double kernel_log_ratio(const kernel_t *kernel, const double *from, const double *via, const double *to,
+                        uint32_t count)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const double there = kernel_log_density(kernel, kernel_distance(via[i], from[i]));
+        const double back = kernel_log_density(kernel, kernel_distance(via[i], to[i]));
+        if (!(back > -HUGE_VAL) || !(there > -HUGE_VAL))
+            return -HUGE_VAL;
+        sum += back - there;
+    }
+    return sum;
+}
+
 void kernel_draw(uint64_t key, uint64_t first, double *to, uint32_t count)
 {
     for (uint32_t i = 0; i < count; i++)

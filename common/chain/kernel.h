@@ -22,6 +22,15 @@ typedef struct kernel {
 
 kernel_t kernel_of(const settings_t *settings);
 
+/* The same kernel with its steps shortened by a factor in (0,1]. */
+kernel_t kernel_shortened(const kernel_t *kernel, double factor);
+
+/* log of prod_i k(via_i - to_i) / k(via_i - from_i), k the kernel's density on the torus: how much likelier the
+ * step from `to` to `via` is than the one from `from` to `via`, which it has made. -infinity where the kernel does
+ * not reach. */
+double kernel_log_ratio(const kernel_t *kernel, const double *from, const double *via, const double *to,
+                        uint32_t count);
+
 /* to[i] = perturbed from[i], i < count. */
 void kernel_perturb(const kernel_t *kernel, uint64_t key, uint64_t first, const double *from, double *to,
                     uint32_t count);

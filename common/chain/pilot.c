@@ -4,6 +4,8 @@
  * the techniques s: the mean of the weights is b_k. A chain that starts from the candidate takes technique s with
  * probability C_s / sum, and the numbers of the sample's walks: its state is then distributed in proportion to C.
  */
+#include <string.h>
+
 #include "chain/sampler.h"
 
 static uint64_t pilot_key(const renderer_t *renderer, uint64_t index)
@@ -43,7 +45,13 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
     const settings_t *settings = &space->renderer->settings;
     const uint32_t K = settings->max_path_length;
     double totals[PATH_MAX_VERTICES];
-    sampler_t sampler = {.space = space, .renderer = space->renderer, .totals = totals, .moments = space->moments};
+    sampler_t sampler = {.space = space,
+                         .renderer = space->renderer,
+                         .totals = totals,
+                         .moments = space->moments,
+                         .blocks = weights ? weights + record->count * K : NULL};
+    if (weights)
+        memset(sampler.blocks, 0, sizeof(double) * K * WORK_BLOCKS);
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
@@ -62,7 +70,7 @@ fault_code_t unit_pilot(work_space_t *space, const work_record_t *record, const 
                         work_result_t *result, fault_t *fault)
 {
     result->weights = space->weights;
-    result->weight_count = (uint32_t)record->count * space->renderer->settings.max_path_length;
+    result->weight_count = (uint32_t)(record->count + WORK_BLOCKS) * space->renderer->settings.max_path_length;
     return pilot_run(space, record, RANDOM_PURPOSE_PILOT, space->weights, cancel, result, fault);
 }
 

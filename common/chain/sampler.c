@@ -16,6 +16,10 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
         sampler->by_technique[s] = scalar;
     if (sampler->moments)
         unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], scalar);
+    if (sampler->blocks)
+        sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings,
+                                                           t > 1 ? sampler->space->path.raster : value->raster,
+                                                           WORK_BLOCKS_SIDE)] += scalar;
     if (t > 1)
         sampler->pixel = rgb_add(sampler->pixel, value->value);
     else if (sampler->film)

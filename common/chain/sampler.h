@@ -18,7 +18,8 @@ typedef struct sampler {
     double *totals;          /* [K + 1]: scalar target of this sample by length; set, not added to */
     work_moments_t *moments; /* added to if not null */
     double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
-    uint32_t only;           /* join only to this length; 0: to all */
+    double *blocks; /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */
+    uint32_t only;  /* join only to this length; 0: to all */
     /* of the sample at hand */
     uint64_t key;
     rgb_t pixel; /* what the camera walk gathered */

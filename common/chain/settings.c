@@ -11,6 +11,7 @@ void settings_default(settings_t *settings)
         .large_step = 0.1,
         .technique_step = 0.03,
         .jump_step = 0.05,
+        .partial_step = 0,
         .step_min = 1.0 / 1024,
         .step_max = 1.0 / 64,
     };
@@ -18,6 +19,7 @@ void settings_default(settings_t *settings)
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
 {
-    static const char *const names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt", "rjmlt"};
+    static const char *const names[SETTINGS_ALGORITHMS] = {"pt",   "bdpt",     "mmlt",      "rjmlt",
+                                                           "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix"};
     return (unsigned)algorithm < SETTINGS_ALGORITHMS ? names[algorithm] : "?";
 }

@@ -6,16 +6,29 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Independent samples first, then Markov chains; what each does: docs/transport.md. */
 typedef enum settings_algorithm {
-    SETTINGS_PT = 0,    /* independent samples, techniques s <= 1 */
-    SETTINGS_BDPT = 1,  /* independent samples, all techniques */
-    SETTINGS_MMLT = 2,  /* multiplexed Metropolis light transport (Hachisuka, Kaplanyan, Dachsbacher 2014) */
-    SETTINGS_RJMLT = 3, /* the same with reversible jumps between techniques (Bitterli, Jarosz 2017) */
+    SETTINGS_PT = 0,     /* independent samples, techniques s <= 1 */
+    SETTINGS_BDPT,       /* independent samples, all techniques */
+    SETTINGS_MMLT,       /* multiplexed (Hachisuka, Kaplanyan, Dachsbacher 2014) */
+    SETTINGS_RJMLT,      /* reversible jumps between techniques (Bitterli, Jarosz 2017) */
+    SETTINGS_CMLT,       /* chart swaps by serial tempering (Pantaleoni 2017) */
+    SETTINGS_CMLT_REX,   /* chart swaps by replica exchange (ibid.) */
+    SETTINGS_CMLT_IPSM,  /* inverse primary space perturbations (ibid.) */
+    SETTINGS_PSSMLT_MIX, /* chains that keep their technique, weighted targets (ibid., section 3.2) */
     SETTINGS_ALGORITHMS
 } settings_algorithm_t;
 
 typedef enum settings_target { SETTINGS_TARGET_LUMINANCE = 0, SETTINGS_TARGET_MAXIMUM = 1 } settings_target_t;
 typedef enum settings_kernel { SETTINGS_KERNEL_KELEMEN = 0, SETTINGS_KERNEL_GAUSSIAN = 1 } settings_kernel_t;
+
+/* What a proposal without contribution does to its chain. */
+typedef enum settings_failures {
+    SETTINGS_FAILURES_PLAIN = 0, /* the state counts once more (Metropolis, Hastings) */
+    SETTINGS_FAILURES_DELAYED,   /* a second, smaller step is tried (delayed rejection; Tierney, Mira 1999) */
+    SETTINGS_FAILURES_PUBLISHED, /* nothing counts ("rectified proposal failures", 2019): biased */
+    SETTINGS_FAILURES
+} settings_failures_t;
 
 typedef struct settings {
     settings_algorithm_t algorithm;
@@ -26,9 +39,12 @@ typedef struct settings {
     uint64_t seed;
     settings_target_t target;
     settings_kernel_t kernel;
-    double large_step;         /* probability of a large step */
+    settings_failures_t failures;
+    double large_step;     /* probability of a large step */
     double technique_step; /* mmlt: probability that a small step draws the technique anew */
-    double jump_step;      /* rjmlt: probability of a technique jump */
+    double jump_step;      /* rjmlt, cmlt: probability of a technique jump; cmlt-rex: of an exchange */
+    double partial_step;   /* probability that a small step changes one walk only */
+    double auxiliary_step; /* probability of a step of the visibility chain, with an exchange; 0: there is none */
     double step_min, step_max; /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
     uint64_t chain_length;     /* mutations a chain makes; 0: chosen by the plan */
     uint64_t pilot_samples;    /* candidates a path length; 0: chosen by the plan */
@@ -37,5 +53,25 @@ typedef struct settings {
 /* Defaults for everything. */
 void settings_default(settings_t *settings);
 const char *settings_algorithm_name(settings_algorithm_t algorithm); /* "mmlt" */
+
+/* What an algorithm is made of. */
+static inline bool settings_is_chains(settings_algorithm_t a)
+{
+    return a >= SETTINGS_MMLT;
+}
+static inline bool settings_jumps(settings_algorithm_t a)
+{
+    return a == SETTINGS_RJMLT || a == SETTINGS_CMLT;
+}
+/* Whether a chain never leaves its technique: its seeds put as many chains on each as it has energy. */
+static inline bool settings_keeps_technique(settings_algorithm_t a)
+{
+    return a == SETTINGS_CMLT_REX || a == SETTINGS_PSSMLT_MIX;
+}
+/* Whether units need the techniques' shares of energy (work_record_t.techniques). */
+static inline bool settings_wants_shares(settings_algorithm_t a)
+{
+    return a == SETTINGS_CMLT || a == SETTINGS_CMLT_IPSM;
+}
 
 #endif

@@ -23,27 +23,26 @@ void target_init(target_t *target, const path_scene_t *scene, const settings_t *
     }
 }
 
-static bool target_walk_light(const path_scene_t *scene, path_space_t *space, const double *light, uint32_t s)
-{
-    return path_walk_light(scene, space, light, s, PATH_ENDS_JOINED) == s && path_can_join(&space->light[s - 1]);
-}
-
-void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
-                 target_value_t *out)
+bool target_walk_camera(const target_t *target, path_space_t *space, uint32_t s, const double *camera)
 {
     const uint32_t t = target->length + 1 - s;
+    if (s == 0)
+        return path_walk_camera(target->scene, space, camera, t, PATH_ENDS_ON_LIGHT) == t;
+    return path_walk_camera(target->scene, space, camera, t, PATH_ENDS_JOINED) == t &&
+           path_can_join(&space->camera[t - 1]);
+}
+
+bool target_walk_light(const target_t *target, path_space_t *space, uint32_t s, const double *light)
+{
+    return path_walk_light(target->scene, space, light, s, PATH_ENDS_JOINED) == s &&
+           path_can_join(&space->light[s - 1]);
+}
+
+void target_join(const target_t *target, path_space_t *space, uint32_t s, target_value_t *out)
+{
     path_value_t value;
     out->c = 0;
-    /* The shorter walk first: where it ends on nothing that can be joined the longer one is not traced. */
-    const bool light_first = s > 0 && s < t;
-    if (light_first && !target_walk_light(target->scene, space, light, s))
-        return;
-    if (path_walk_camera(target->scene, space, camera, t, s > 0 ? PATH_ENDS_JOINED : PATH_ENDS_ON_LIGHT) < t ||
-        (s > 0 && !path_can_join(&space->camera[t - 1])))
-        return;
-    if (s > 0 && !light_first && !target_walk_light(target->scene, space, light, s))
-        return;
-    if (!path_connect(target->scene, space, s, t, NULL, &target->techniques, &value))
+    if (!path_connect(target->scene, space, s, target->length + 1 - s, NULL, &target->techniques, &value))
         return;
     const double c = target_scalar(target->kind, value.value);
     if (!(c > 0))
@@ -51,4 +50,18 @@ void target_eval(const target_t *target, path_space_t *space, uint32_t s, const 
     out->c = c;
     out->color = rgb_scale(value.value, 1 / c);
     out->raster = value.raster;
+}
+
+void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
+                 target_value_t *out)
+{
+    const bool light_first = target_light_first(target, s);
+    out->c = 0;
+    if (light_first && !target_walk_light(target, space, s, light))
+        return;
+    if (!target_walk_camera(target, space, s, camera))
+        return;
+    if (s > 0 && !light_first && !target_walk_light(target, space, s, light))
+        return;
+    target_join(target, space, s, out);
 }

@@ -28,7 +28,19 @@ typedef struct target_value {
 /* Technique s takes part in length k if the algorithm has it and the lights can be reached by it. */
 void target_init(target_t *target, const path_scene_t *scene, const settings_t *settings, uint32_t length);
 
-/* Evaluates technique s with the camera's and the light's numbers. */
+/* An evaluation in its parts: two walks, the shorter one first, and the connection. Where the first walk ends on
+ * nothing that can be joined, neither the longer one nor its numbers need be made. */
+static inline bool target_light_first(const target_t *target, uint32_t s)
+{
+    return s > 0 && 2 * s < target->length + 1;
+}
+/* Walks of technique s; false if the path carries nothing. target_walk_light is for s > 0. */
+bool target_walk_camera(const target_t *target, path_space_t *space, uint32_t s, const double *camera);
+bool target_walk_light(const target_t *target, path_space_t *space, uint32_t s, const double *light);
+/* Joins the two walks of the space. */
+void target_join(const target_t *target, path_space_t *space, uint32_t s, target_value_t *out);
+
+/* All of it: technique s with the camera's and the light's numbers. */
 void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,
                  target_value_t *out);
 

@@ -14,14 +14,21 @@ struct renderer {
     kernel_t kernel;
 };
 
+/* What the state of a Markov chain is kept in: its numbers and its walks. */
+typedef struct chain_room {
+    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];
+    path_space_t *kept;
+} chain_room_t;
+
 struct work_space {
     const renderer_t *renderer;
-    path_space_t path;
-    path_space_t *other; /* rjmlt: a second one, to make paths again in */
-    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS];         /* the current state's numbers */
-    double camera_new[PATH_MAX_DIMENSIONS], light_new[PATH_MAX_DIMENSIONS]; /* the proposal's */
-    film_t film;                                                            /* made when first needed */
-    work_moments_t *moments; /* room for every length and technique */
+    path_space_t path; /* the walks of the sample or proposal at hand */
+    double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS]; /* their numbers */
+    chain_room_t *rooms;                                            /* for chains that run together */
+    uint32_t room_count;
+    uint64_t failed[WORK_FAILED_BLOCKS]; /* failures = published */
+    film_t film;                         /* made when first needed */
+    work_moments_t *moments;             /* room for every length and technique */
     uint32_t moment_room;
     double *weights; /* grown when needed */
     size_t weight_room;
@@ -46,6 +53,14 @@ fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const
  * and space->light, its technique by `place` in [0,1). False if the candidate carries nothing of that length. */
 bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique);
 
+/* The block of the image that a raster position is in, of side x side blocks, by rows. */
+static inline uint32_t unit_block(const settings_t *settings, vec2_t raster, uint32_t side)
+{
+    const double x = raster.x / settings->width * side, y = raster.y / settings->height * side;
+    const uint32_t i = x > 0 ? (uint32_t)x : 0, j = y > 0 ? (uint32_t)y : 0, last = side - 1;
+    return (j < last ? j : last) * side + (i < last ? i : last);
+}
+
 /* The film of the space, zeroed. */
 fault_code_t unit_film(work_space_t *space, fault_t *fault);
 
@@ -59,12 +74,18 @@ static inline void unit_moment(work_moments_t *moment, double value)
 enum {
     UNIT_DRAW_MOVE = 0,
     UNIT_DRAW_ACCEPT = 1,
-    UNIT_DRAW_TECHNIQUE = 2,
-    UNIT_DRAW_FILTER = 3, /* 4 of them: two splats */
+    UNIT_DRAW_FILTER = 2, /* 4 of them: two splats; in a chain's step the two after the decision */
     UNIT_DRAW_SEED = 8,   /* the technique a chain starts with */
+    UNIT_DRAW_TECHNIQUE = 9,
+    UNIT_DRAW_STREAM = 10, /* which walk changes */
+    UNIT_DRAW_WINDOW = 11,
+    UNIT_DRAW_SECOND_ACCEPT = 12, /* and the two after it */
     UNIT_DRAW_CAMERA = 16,
     UNIT_DRAW_LIGHT = 1024,
-    UNIT_DRAW_NEXT_EVENT = 2048 /* independent samples: 3 for each camera vertex */
+    UNIT_DRAW_NEXT_EVENT = 2048, /* independent samples: 3 for each camera vertex */
+    UNIT_DRAW_SECOND = 3072,     /* the numbers of a second proposal */
+    UNIT_DRAW_FREE = 4096,       /* streams of their own: what inverses leave free, */
+    UNIT_DRAW_AUXILIARY = 4100   /* an auxiliary chain's step */
 };
 
 /* Splats value at the raster position, moved by a sample of the pixel filter and weighted by what that leaves. */

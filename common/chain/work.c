@@ -89,6 +89,25 @@ size_t renderer_bytes(const renderer_t *renderer)
            (size_t)renderer->scene.lights.count * sizeof(light_emitter_t);
 }
 
+/* Rooms for the chains that run together: one, or those of an exchange, and an auxiliary one. */
+static fault_code_t work_rooms_new(work_space_t *space, fault_t *fault)
+{
+    const settings_t *settings = &space->renderer->settings;
+    if (!settings_is_chains(settings->algorithm))
+        return FAULT_NONE;
+    const uint32_t count =
+        (settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1) + (settings->auxiliary_step > 0);
+    space->rooms = calloc(count, sizeof *space->rooms);
+    for (uint32_t i = 0; space->rooms && i < count; i++) {
+        space->rooms[i].kept = path_space_new();
+        if (!space->rooms[i].kept)
+            break;
+        space->room_count++;
+    }
+    return space->room_count == count ? FAULT_NONE
+                                      : fault_set(fault, FAULT_MEMORY, "no memory for a chain's state");
+}
+
 fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, fault_t *fault)
 {
     *out = NULL;
@@ -96,6 +115,7 @@ fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, faul
     if (!space)
         return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
     memset(space, 0, sizeof *space);
+    path_space_init(&space->path);
     space->renderer = renderer;
     space->moment_room = work_samples_moment(renderer->settings.max_path_length + 1);
     if (space->moment_room < PATH_MAX_VERTICES + 1)
@@ -105,12 +125,10 @@ fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, faul
         work_space_destroy(&space);
         return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
     }
-    if (renderer->settings.algorithm == SETTINGS_RJMLT) {
-        space->other = calloc(1, sizeof *space->other);
-        if (!space->other) {
-            work_space_destroy(&space);
-            return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
-        }
+    const fault_code_t code = work_rooms_new(space, fault);
+    if (code) {
+        work_space_destroy(&space);
+        return code;
     }
     *out = space;
     return FAULT_NONE;
@@ -121,7 +139,9 @@ void work_space_destroy(work_space_t **space)
     if (!*space)
         return;
     film_clear(&(*space)->film);
-    free((*space)->other);
+    for (uint32_t i = 0; i < (*space)->room_count; i++)
+        free((*space)->rooms[i].kept);
+    free((*space)->rooms);
     free((*space)->moments);
     free((*space)->weights);
     free((*space)->features);
@@ -141,11 +161,16 @@ fault_code_t unit_film(work_space_t *space, fault_t *fault)
 static fault_code_t work_check(const work_space_t *space, const work_record_t *record, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
+    if (record->kind == WORK_CHAINS && !settings_is_chains(settings->algorithm))
+        return fault_set(fault, FAULT_RANGE, "a unit of chains, which %s does not make",
+                         settings_algorithm_name(settings->algorithm));
     if (record->kind == WORK_CHAINS && (record->length < 1 || record->length > settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 1 to %u", record->length,
                          settings->max_path_length);
     if (record->kind == WORK_CHAINS && space->renderer->targets[record->length].count == 0)
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
+    if (record->kind == WORK_CHAINS && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
+        return fault_set(fault, FAULT_RANGE, "shares of techniques: they do not go with the algorithm");
     if (record->kind == WORK_FEATURES &&
         (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",
@@ -158,7 +183,7 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
 static fault_code_t work_reserve(work_space_t *space, const work_record_t *record, fault_t *fault)
 {
     const size_t weights =
-        record->kind == WORK_PILOT ? record->count * space->renderer->settings.max_path_length : 0;
+        record->kind == WORK_PILOT ? (record->count + WORK_BLOCKS) * space->renderer->settings.max_path_length : 0;
     if (weights > space->weight_room) {
         double *room = realloc(space->weights, sizeof *room * weights);
         if (!room)
@@ -196,6 +221,7 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
     memset(space->moments, 0, sizeof *space->moments * space->moment_room);
     space->path.rays = space->path.shadow_rays = 0;
     memset(space->path.rejects, 0, sizeof space->path.rejects);
+    memset(space->failed, 0, sizeof space->failed);
     const double begin = clock_thread_cpu();
     TRY(units[record->kind](space, record, cancel, result, fault));
     result->stats.cpu_seconds = clock_thread_cpu() - begin;

@@ -48,7 +48,12 @@ enum {
     WORK_MAX_CHAINS = 65536,
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
-    WORK_FEATURE_CHANNELS = 7 /* albedo R,G,B, normal X,Y,Z, depth */
+    WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
+    WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
+    WORK_FAILED_SIDE = 8,      /* blocks along the image's sides in which failures are counted */
+    WORK_FAILED_BLOCKS = WORK_FAILED_SIDE * WORK_FAILED_SIDE,
+    WORK_BLOCKS_SIDE = 16, /* blocks in which the pilot adds up its light */
+    WORK_BLOCKS = WORK_BLOCKS_SIDE * WORK_BLOCKS_SIDE
 };
 
 typedef struct work_record {
@@ -60,6 +65,8 @@ typedef struct work_record {
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
     double scale;       /* samples: film value of a contribution of 1; else 0 */
     uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
+    double *shares; /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
+                       sum to one; else null; owned by the record */
 } work_record_t;
 
 void work_record_clear(work_record_t *record);
@@ -86,6 +93,12 @@ typedef enum work_move {
     WORK_MOVE_SMALL,
     WORK_MOVE_TECHNIQUE,
     WORK_MOVE_JUMP,
+    WORK_MOVE_CAMERA, /* small, of the camera's walk alone */
+    WORK_MOVE_LIGHT,
+    WORK_MOVE_INVERSE,
+    WORK_MOVE_EXCHANGE,
+    WORK_MOVE_AUXILIARY,
+    WORK_MOVE_SECOND, /* after a failed step: not a mutation of its own */
     WORK_MOVES
 } work_move_t;
 
@@ -108,9 +121,12 @@ typedef struct work_result {
      */
     uint32_t moment_count;
     work_moments_t *moments;
-    uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K */
+    uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K;
+                              then K x WORK_BLOCKS: their sums over candidates by length and block of the image */
     double *weights;
-    bool has_film; /* chains, samples */
+    uint64_t *failed; /* chains with failures = published: proposals without contribution by block of the image,
+                         WORK_FAILED_BLOCKS of them; else null */
+    bool has_film;    /* chains, samples */
     film_t film;
     uint32_t feature_rows, feature_width; /* features: WORK_FEATURE_CHANNELS floats a pixel */
     float *features;

@@ -1,10 +1,12 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
- * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; u64 seeds[count] for chains.
+ * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32 0 or
+ * length + 1 and that many f64: shares.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
- * sum2); then by kind: pilot packed doubles; chains and samples a film; features packed
- * floats. Packed: u32 size and that many octets of zstd. All little endian.
+ * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; then by kind: pilot packed doubles; chains and
+ * samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little endian.
  */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zstd.h>
@@ -13,11 +15,12 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 1 };
+enum { WORK_CODEC_VERSION = 2 };
 
 void work_record_clear(work_record_t *record)
 {
     free(record->seeds);
+    free(record->shares);
     *record = (work_record_t){0};
 }
 
@@ -33,6 +36,12 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_f64(out, record->scale);
     for (uint64_t i = 0; record->kind == WORK_CHAINS && i < record->count; i++)
         wire_put_u64(out, record->seeds[i]);
+    if (record->kind != WORK_CHAINS)
+        return;
+    const uint32_t shares = record->shares ? record->length + 1 : 0;
+    wire_put_u32(out, shares);
+    for (uint32_t s = 0; s < shares; s++)
+        wire_put_f64(out, record->shares[s]);
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
@@ -85,6 +94,28 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
     return FAULT_NONE;
 }
 
+static fault_code_t record_get_shares(wire_reader_t *in, work_record_t *record, fault_t *fault)
+{
+    const uint32_t count = wire_get_u32(in, "shares");
+    if (in->code || count == 0)
+        return in->code;
+    if (count != record->length + 1)
+        return wire_reader_fail(in, FAULT_FORMAT, "shares", "%u, expected 0 or %u", count, record->length + 1);
+    record->shares = malloc(sizeof(double) * count);
+    if (!record->shares)
+        return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its shares");
+    double sum = 0;
+    for (uint32_t s = 0; s < count && !in->code; s++) {
+        record->shares[s] = wire_get_f64(in, "shares");
+        if (!(record->shares[s] >= 0 && record->shares[s] <= 1))
+            return wire_reader_fail(in, FAULT_RANGE, "shares", "%g, expected 0 to 1", record->shares[s]);
+        sum += record->shares[s];
+    }
+    if (!in->code && !(fabs(sum - 1) < 1e-9))
+        return wire_reader_fail(in, FAULT_RANGE, "shares", "their sum is %g, expected 1", sum);
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -109,7 +140,9 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
             return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its seeds");
         memcpy(record->seeds, seeds, 8 * record->count);
     }
-    const fault_code_t code = wire_reader_end(&in);
+    fault_code_t code = record->kind == WORK_CHAINS ? record_get_shares(&in, record, fault) : FAULT_NONE;
+    if (!code)
+        code = wire_reader_end(&in);
     if (code)
         work_record_clear(record);
     return code;
@@ -150,6 +183,10 @@ static void result_put(wire_writer_t *out, const void *value)
         wire_put_f64(out, r->moments[i].sum);
         wire_put_f64(out, r->moments[i].sum2);
     }
+    const uint32_t failed = r->failed ? WORK_FAILED_BLOCKS : 0;
+    wire_put_u32(out, failed);
+    for (uint32_t i = 0; i < failed; i++)
+        wire_put_u64(out, r->failed[i]);
     wire_put_bytes(out, "body", parts->packed, parts->packed_size, UINT32_MAX);
 }
 
@@ -231,7 +268,7 @@ static fault_code_t result_check_counts(wire_reader_t *in, const work_result_t *
 {
     const uint64_t *proposed = result->stats.proposed;
     uint64_t left = record->mutations;
-    for (int i = 0; i < WORK_MOVES; i++) {
+    for (int i = 0; i < WORK_MOVE_SECOND; i++) {
         if (proposed[i] > left)
             return wire_reader_fail(in, FAULT_RANGE, "proposed", "more than the %llu mutations of the unit",
                                     (unsigned long long)record->mutations);
@@ -240,12 +277,40 @@ static fault_code_t result_check_counts(wire_reader_t *in, const work_result_t *
     if (left > 0)
         return wire_reader_fail(in, FAULT_RANGE, "proposed", "%llu mutations of the unit are missing",
                                 (unsigned long long)left);
+    if (proposed[WORK_MOVE_SECOND] > record->mutations)
+        return wire_reader_fail(in, FAULT_RANGE, "proposed", "more second steps than mutations");
+    if (result->stats.zero_proposals > record->mutations)
+        return wire_reader_fail(in, FAULT_RANGE, "zero_proposals", "more than the %llu mutations of the unit",
+                                (unsigned long long)record->mutations);
     const uint64_t n = record->kind == WORK_CHAINS ? proposed[WORK_MOVE_LARGE] : record->count;
     for (uint32_t i = 0; i < result->moment_count; i++)
-        if (result->moments[i].n != (double)n)
+        if (result->moments[i].n != (double)n && !(record->kind == WORK_CHAINS && result->moments[i].n == 0 &&
+                                                   result->moments[i].sum == 0 && result->moments[i].sum2 == 0))
             return wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u is of %g values, expected %llu", i,
                                     result->moments[i].n, (unsigned long long)n);
     return FAULT_NONE;
+}
+
+/* Failures by block: as many as proposals without contribution in all. */
+static fault_code_t result_get_failed(wire_reader_t *in, work_result_t *result, const work_record_t *record,
+                                      fault_t *fault)
+{
+    const uint32_t count = wire_get_u32(in, "failed");
+    if (in->code || count == 0)
+        return in->code;
+    if (count != WORK_FAILED_BLOCKS || record->kind != WORK_CHAINS)
+        return wire_reader_fail(in, FAULT_FORMAT, "failed", "%u entries", count);
+    result->failed = malloc(sizeof *result->failed * count);
+    if (!result->failed)
+        return fault_set(fault, FAULT_MEMORY, "unit result: no memory for its failures");
+    uint64_t left = result->stats.zero_proposals;
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        result->failed[i] = wire_get_u64(in, "failed");
+        if (result->failed[i] > left)
+            return wire_reader_fail(in, FAULT_RANGE, "failed", "more than the proposals without contribution");
+        left -= result->failed[i];
+    }
+    return in->code;
 }
 
 /* Unpacks exactly `size` octets into new memory. */
@@ -271,7 +336,7 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
         return in->code;
     if (record->kind == WORK_PILOT) {
         void *weights;
-        const uint32_t count = (uint32_t)record->count * max_path_length;
+        const uint32_t count = (uint32_t)(record->count + WORK_BLOCKS) * max_path_length;
         TRY(unpack(in, packed, packed_size, sizeof(double) * count, &weights, fault));
         result->weights = weights;
         result->weight_count = count;
@@ -321,6 +386,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
     if (!code)
         code = result_check_counts(&in, result, record);
     if (!code)
+        code = result_get_failed(&in, result, record, fault);
+    if (!code)
         code = result_get_body(&in, result, record, width, height, max_path_length, fault);
     if (!code)
         code = wire_reader_end(&in);
@@ -333,6 +400,7 @@ void work_result_clear(work_result_t *result)
 {
     free(result->moments);
     free(result->weights);
+    free(result->failed);
     free(result->features);
     if (result->has_film)
         film_clear(&result->film);

@@ -1,5 +1,18 @@
 #include "path/walk.h"
 
+#include <stdlib.h>
+#include <string.h>
+
+path_space_t *path_space_new(void)
+{
+    path_space_t *space = aligned_alloc(64, (sizeof *space + 63) / 64 * 64);
+    if (!space)
+        return NULL;
+    memset(space, 0, sizeof *space);
+    path_space_init(space);
+    return space;
+}
+
 /* Where a walk goes next. `density` is per solid angle; from a vertex at infinity per area of the disk that photons
  * start on. */
 typedef struct path_step {

@@ -67,18 +67,59 @@ typedef enum path_reject {
     PATH_REJECTS
 } path_reject_t;
 
-/* A thread's room for two walks, and its counts. */
+/* Room for a walk: its vertices, and their materials where those have textures (else untouched). */
+typedef struct path_trail {
+    path_vertex_t vertices[PATH_MAX_VERTICES];
+    bsdf_t bsdfs[PATH_MAX_VERTICES];
+} path_trail_t;
+
+/* Room for two walks, and a thread's counts. Spaces may trade walks (path_space_swap_...): a space owns two trails,
+ * which may have got to another one. */
 typedef struct path_space {
-    path_vertex_t camera[PATH_MAX_VERTICES];
-    path_vertex_t light[PATH_MAX_VERTICES];
+    path_vertex_t *camera, *light; /* the vertices of the trails in use */
+    bsdf_t *camera_bsdf, *light_bsdf;
     vec2_t raster; /* of the camera walk */
     uint64_t rays, shadow_rays, rejects[PATH_REJECTS];
     /* Of the last connection that carried light: reverse density over density at y_{s-1}, y_{s-2}, z_{t-1},
      * z_{t-2}. */
     double end_ratios[4];
-    bsdf_t camera_bsdf[PATH_MAX_VERTICES]; /* for materials with textures; else untouched */
-    bsdf_t light_bsdf[PATH_MAX_VERTICES];
+    path_trail_t trails[2];
 } path_space_t;
+
+/* Of a zeroed space: its own trails. A space must not be moved afterwards. */
+static inline void path_space_init(path_space_t *space)
+{
+    space->camera = space->trails[0].vertices;
+    space->camera_bsdf = space->trails[0].bsdfs;
+    space->light = space->trails[1].vertices;
+    space->light_bsdf = space->trails[1].bsdfs;
+}
+
+/* A zeroed space with its trails; released with free(). Null when out of memory. */
+path_space_t *path_space_new(void);
+
+/* Trades the camera walks, or the light walks, of two spaces; nothing is copied. */
+static inline void path_space_swap_camera(path_space_t *a, path_space_t *b)
+{
+    path_vertex_t *vertices = a->camera;
+    bsdf_t *bsdfs = a->camera_bsdf;
+    const vec2_t raster = a->raster;
+    a->camera = b->camera;
+    a->camera_bsdf = b->camera_bsdf;
+    a->raster = b->raster;
+    b->camera = vertices;
+    b->camera_bsdf = bsdfs;
+    b->raster = raster;
+}
+static inline void path_space_swap_light(path_space_t *a, path_space_t *b)
+{
+    path_vertex_t *vertices = a->light;
+    bsdf_t *bsdfs = a->light_bsdf;
+    a->light = b->light;
+    a->light_bsdf = b->light_bsdf;
+    b->light = vertices;
+    b->light_bsdf = bsdfs;
+}
 
 /* Numbers that a walk of so many vertices uses. */
 static inline uint32_t path_camera_dimensions(const path_scene_t *scene, uint32_t vertices)

@@ -46,9 +46,11 @@ static fault_code_t job_read_path(const json_t *object, const char *path, const 
 }
 
 static const char *const filter_names[SCENE_FILTER_KINDS] = {"box", "triangle", "gaussian"};
-static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {"pt", "bdpt", "mmlt", "rjmlt"};
+static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {"pt",   "bdpt",     "mmlt",      "rjmlt",
+                                                                 "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix"};
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
+static const char *const failure_names[SETTINGS_FAILURES] = {"plain", "delayed", "published"};
 
 static fault_code_t job_read_film(const json_t *root, settings_t *settings, fault_t *fault)
 {
@@ -72,10 +74,38 @@ static fault_code_t job_read_film(const json_t *root, settings_t *settings, faul
     return FAULT_NONE;
 }
 
+/* Moves that an algorithm does not have, and probabilities that leave none for small steps. */
+static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
+{
+    const char *name = settings_algorithm_name(s->algorithm);
+    const bool jumps = settings_jumps(s->algorithm) || s->algorithm == SETTINGS_CMLT_REX;
+    if (s->failures == SETTINGS_FAILURES_PUBLISHED && s->algorithm != SETTINGS_MMLT &&
+        !settings_jumps(s->algorithm))
+        return fault_set(fault, FAULT_UNSUPPORTED,
+                         "chains.failures: \"published\" is for mmlt, rjmlt and cmlt, not for %s", name);
+    if (s->failures == SETTINGS_FAILURES_DELAYED && s->algorithm == SETTINGS_CMLT_IPSM)
+        return fault_set(
+            fault, FAULT_UNSUPPORTED,
+            "chains.failures: \"delayed\" is not for cmlt-ipsm: its steps have no density of their own");
+    if (s->auxiliary_step > 0 && s->algorithm != SETTINGS_MMLT && !settings_jumps(s->algorithm))
+        return fault_set(fault, FAULT_UNSUPPORTED, "chains.auxiliary_step: is for mmlt, rjmlt and cmlt, not for %s",
+                         name);
+    if (s->auxiliary_step > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
+        return fault_set(fault, FAULT_UNSUPPORTED,
+                         "chains.auxiliary_step: does not go with chains.failures \"published\"");
+    const double left = 1 - s->large_step - s->auxiliary_step - (jumps ? s->jump_step : 0);
+    if (!(left >= -1e-12))
+        return fault_set(fault, FAULT_RANGE,
+                         "chains: the probabilities large_step %g, auxiliary_step %g%s add up to more than 1",
+                         s->large_step, s->auxiliary_step, jumps ? " and jump_step" : "");
+    return FAULT_NONE;
+}
+
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
-    static const char *const names[] = {"large_step", "technique_step", "jump_step",     "kernel", "step_min",
-                                        "step_max",   "length",         "pilot_samples", NULL};
+    static const char *const names[] = {"large_step",     "technique_step", "jump_step",     "partial_step",
+                                        "auxiliary_step", "failures",       "kernel",        "step_min",
+                                        "step_max",       "length",         "pilot_samples", NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
     if (!chains)
@@ -86,10 +116,12 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     TRY(json_read_double_or(chains, "chains", "large_step", 0, 1, &settings->large_step, fault));
     TRY(json_read_double_or(chains, "chains", "technique_step", 0, 1, &settings->technique_step, fault));
     TRY(json_read_double_or(chains, "chains", "jump_step", 0, 1, &settings->jump_step, fault));
-    if (settings->algorithm == SETTINGS_RJMLT && settings->large_step + settings->jump_step > 1)
-        return fault_set(fault, FAULT_RANGE,
-                         "chains.jump_step: %g, expected at most 1 - chains.large_step, which is %g",
-                         settings->jump_step, 1 - settings->large_step);
+    int failures = settings->failures;
+    TRY(json_read_double_or(chains, "chains", "partial_step", 0, 1, &settings->partial_step, fault));
+    TRY(json_read_double_or(chains, "chains", "auxiliary_step", 0, 1, &settings->auxiliary_step, fault));
+    TRY(job_read_choice(chains, "chains", "failures", failure_names, SETTINGS_FAILURES, &failures, fault));
+    settings->failures = (settings_failures_t)failures;
+    TRY(job_check_moves(settings, fault));
     TRY(job_read_choice(chains, "chains", "kernel", kernel_names, 2, &kernel, fault));
     TRY(json_read_double_or(chains, "chains", "step_min", 1e-9, 0.5, &settings->step_min, fault));
     TRY(json_read_double_or(chains, "chains", "step_max", 1e-9, 0.5, &settings->step_max, fault));
@@ -198,6 +230,9 @@ char *job_print(const job_t *job)
     json_add_number(chains, "large_step", s->large_step);
     json_add_number(chains, "technique_step", s->technique_step);
     json_add_number(chains, "jump_step", s->jump_step);
+    json_add_number(chains, "partial_step", s->partial_step);
+    json_add_number(chains, "auxiliary_step", s->auxiliary_step);
+    json_add_string(chains, "failures", failure_names[s->failures]);
     json_add_string(chains, "kernel", kernel_names[s->kernel]);
     json_add_number(chains, "step_min", s->step_min);
     json_add_number(chains, "step_max", s->step_max);

@@ -46,7 +46,9 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     }
     plan->pilot_moments = calloc(plan->candidates / plan->pilot_unit * work_samples_moment(s->max_path_length + 1),
                                  sizeof *plan->pilot_moments);
-    if (!plan->pilot_moments)
+    plan->pilot_blocks =
+        calloc(plan->candidates / plan->pilot_unit * s->max_path_length, WORK_BLOCKS * sizeof *plan->pilot_blocks);
+    if (!plan->pilot_moments || !plan->pilot_blocks)
         code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's estimates");
 cleanup:
     if (code)
@@ -68,6 +70,7 @@ void plan_destroy(plan_t **out)
     }
     free(plan->units);
     free(plan->pilot_moments);
+    free(plan->pilot_blocks);
     free(plan->lengths);
     free(plan->squares);
     free(plan->features);
@@ -151,6 +154,8 @@ static void absorb_pilot(plan_t *plan, const work_record_t *record, const work_r
     for (uint64_t i = 0; i < record->count; i++)
         for (uint32_t k = 1; k <= K; k++)
             plan->lengths[k].weights[record->first + i] = result->weights[i * K + k - 1];
+    memcpy(plan->pilot_blocks + record->first / plan->pilot_unit * K * WORK_BLOCKS,
+           result->weights + record->count * K, sizeof *plan->pilot_blocks * K * WORK_BLOCKS);
     memcpy(plan->pilot_moments + record->first / plan->pilot_unit * result->moment_count, result->moments,
            sizeof *result->moments * result->moment_count);
 }
@@ -201,6 +206,8 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
         exact_add(&length->accepted[i], result->stats.accepted[i], 1);
     }
     length->zero_proposals += result->stats.zero_proposals;
+    for (int i = 0; result->failed && i < WORK_FAILED_BLOCKS; i++)
+        length->failed[i] += result->failed[i];
     if (result->stats.longest_stay > length->longest_stay)
         length->longest_stay = result->stats.longest_stay;
     length->merged += record->mutations;
@@ -247,10 +254,35 @@ static void pilot_finish_length(plan_t *plan, plan_length_t *length)
     }
 }
 
+/* How much of the error is in the pixels that each length lights, from the pilot's coarse image. */
+static void pilot_finish_needs(plan_t *plan)
+{
+    const uint32_t K = plan->settings.max_path_length;
+    const uint64_t units = plan->candidates / plan->pilot_unit;
+    double image[WORK_BLOCKS] = {0}, mean = 0;
+    for (uint64_t u = 1; u < units; u++) /* in their order, whichever came first */
+        for (size_t i = 0; i < (size_t)K * WORK_BLOCKS; i++)
+            plan->pilot_blocks[i] += plan->pilot_blocks[u * K * WORK_BLOCKS + i];
+    for (size_t i = 0; i < (size_t)K * WORK_BLOCKS; i++) {
+        image[i % WORK_BLOCKS] += plan->pilot_blocks[i];
+        mean += plan->pilot_blocks[i] / WORK_BLOCKS;
+    }
+    for (uint32_t k = 1; k <= K && mean > 0; k++) {
+        double need = 0;
+        for (int i = 0; i < WORK_BLOCKS; i++)
+            need += plan->pilot_blocks[(k - 1) * WORK_BLOCKS + i] * mean /
+                    (image[i] * image[i] + 0.01 * mean * mean) / WORK_BLOCKS;
+        plan->lengths[k].need = need;
+    }
+    free(plan->pilot_blocks);
+    plan->pilot_blocks = NULL;
+}
+
 static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
 {
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         pilot_finish_length(plan, &plan->lengths[k]);
+    pilot_finish_needs(plan);
     plan->phase = PLAN_RENDER;
     plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
     plan->error_next = plan->in + 16;
@@ -264,6 +296,7 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
         absorb_all_moments(plan, plan->pilot_moments + i * count);
     free(plan->pilot_moments);
     plan->pilot_moments = NULL;
+    plan_freeze_techniques(plan);
     return FAULT_NONE;
 }
 

@@ -28,8 +28,8 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
 void plan_destroy(plan_t **plan);
 
 /* Hands out the next unit that was never handed out: its id and record (owned by the plan, valid until the next
- * call of plan_next or plan_absorb). False if there is none at present: all pilot units are out but not yet in, or all is
- * handed out or stopped. */
+ * call of plan_next or plan_absorb). False if there is none at present: all pilot units are out but not yet in, or
+ * all is handed out or stopped. */
 bool plan_next(plan_t *plan, uint64_t *unit, const work_record_t **record);
 /* The record of a unit that is out and not yet in, valid as long; null otherwise. */
 const work_record_t *plan_record(const plan_t *plan, uint64_t unit);

@@ -1,5 +1,6 @@
 /* plan_budget.c: how much of what, in which order: a function of job and scene alone. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "plan/plan_state.h"
 
@@ -72,14 +73,27 @@ fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t
     return FAULT_NONE;
 }
 
-/* Shares of the mutations: in proportion to b_k, but no length that carries light gets less than half a percent. */
+/* What a mutation of length k costs, in units that do not matter: each walk is half a path in the mean. Not
+ * measured, as the list of units must not depend on clocks. */
+static double budget_cost(uint32_t k)
+{
+    return 2 + (double)k;
+}
+
+/* Shares of the mutations. A pixel's variance by length k is about b_k I_k / N_k, relative to the pixel's square as
+ * the error is: sum_k b_k need_k / N_k. At a fixed cost sum_k c_k N_k the least is where N_k is in proportion to
+ * sqrt(b_k need_k / c_k). That is a coarse image's word, and knows nothing of how mutations of a length hang
+ * together: a part of the shares goes by energy, and no length that carries light gets less than half a percent. */
 static void budget_shares(plan_t *plan)
 {
-    const double least = 0.005;
-    double sum = 0;
+    const double least = 0.005, by_energy = 0.1;
+    double sum = 0, needs = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        needs += sqrt(plan->lengths[k].b * plan->lengths[k].need / budget_cost(k));
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
-        length->share = length->b > 0 ? fmax(length->b / plan->b, least) : 0;
+        const double need = needs > 0 ? sqrt(length->b * length->need / budget_cost(k)) / needs : 0;
+        length->share = length->b > 0 ? fmax(by_energy * length->b / plan->b + (1 - by_energy) * need, least) : 0;
         sum += length->share;
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -142,6 +156,8 @@ static void budget_units(plan_t *plan)
             mutations = budget_even(length->budget, at_most(mutations, length->budget / UNITS_LEAST));
         length->unit_mutations = mutations;
         length->unit_chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
+        if (plan->settings.algorithm == SETTINGS_CMLT_REX) /* whole ensembles, shorter chains if need be */
+            length->unit_chains = (length->unit_chains + WORK_REPLICAS - 1) / WORK_REPLICAS * WORK_REPLICAS;
     }
 }
 
@@ -167,6 +183,22 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
     plan->lengths[0].share = 1;
     plan->lengths[0].unit_mutations = budget_samples(plan, plan->lengths[0].budget);
     return FAULT_NONE;
+}
+
+/* Where a technique's energy is small its share is not quite: what it alone can change would wait for too long. */
+void plan_freeze_techniques(plan_t *plan)
+{
+    const double least = 0.1;
+    if (!settings_wants_shares(plan->settings.algorithm))
+        return;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        double sum = 0, error;
+        for (uint32_t s = 0; s <= k; s++)
+            sum += length->techniques[s] = plan_technique_b(plan, k, s, &error);
+        for (uint32_t s = 0; s <= k && sum > 0; s++)
+            length->techniques[s] = (1 - least) * length->techniques[s] / sum + least / (k + 1);
+    }
 }
 
 static double budget_handed(const plan_t *plan)
@@ -231,6 +263,14 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
                                   .seeds = malloc(sizeof(uint64_t) * chains)};
         if (!record->seeds)
             return false;
+        if (settings_wants_shares(plan->settings.algorithm)) {
+            record->shares = malloc(sizeof(double) * (k + 1));
+            if (!record->shares) {
+                work_record_clear(record);
+                return false;
+            }
+            memcpy(record->shares, length->techniques, sizeof(double) * (k + 1));
+        }
         for (uint64_t i = 0; i < chains; i++)
             record->seeds[i] = plan_seed(plan, k, length->chains + i);
         length->chains += chains;

@@ -57,10 +57,10 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
     *pixels = (plan_pixels_t){.plan = plan};
     const uint32_t first = plan_is_chains(plan) ? 1 : 0,
                    last = plan_is_chains(plan) ? plan->settings.max_path_length : 0;
-    double merged = 0, units = 0, sizes = 0;
+    double counted = 0, units = 0, sizes = 0;
     for (uint32_t k = first; k <= last; k++)
-        merged += (double)plan->lengths[k].merged;
-    const double squares = plan->weight_max / merged; /* of one unit of c_k x */
+        counted += plan_counted(plan, &plan->lengths[k]);
+    const double squares = plan->weight_max / counted; /* of one unit of c_k x */
     for (uint32_t k = first; k <= last; k++) {
         const plan_length_t *length = &plan->lengths[k];
         if (length->merged == 0)
@@ -70,7 +70,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         const double b = k == 0 ? 1 / plan->scale : plan_length_b(plan, k, &b_error);
         const double c_k = k == 0 ? 1 : length->b / length->share / plan->weight_max;
         pixels->sums[i] = length->film.sums;
-        pixels->factor[i] = b / ((double)length->merged * FILM_ONE);
+        pixels->factor[i] = b / (plan_counted(plan, length) * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
         const double size = (double)length->merged / (double)length->unit_mutations;
         pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * size);

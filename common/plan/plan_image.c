@@ -35,6 +35,8 @@ static fault_code_t plan_image_attributes(const plan_t *plan, image_t *image, fa
         code = image_set_attribute(image, "garland.version", GARLAND_VERSION, fault);
     if (!code)
         code = image_set_attribute(image, "garland.instructions", GARLAND_ARCH, fault);
+    if (!code && plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
+        code = image_set_attribute(image, "garland.biased", PLAN_BIASED, fault);
     return code;
 }
 

@@ -4,7 +4,8 @@
 
 #include "plan/plan_state.h"
 
-static const char *const move_names[WORK_MOVES] = {"large", "small", "technique", "jump"};
+static const char *const move_names[WORK_MOVES] = {"large", "small",   "technique", "jump",      "camera",
+                                                   "light", "inverse", "exchange",  "auxiliary", "second"};
 static const char *const reject_names[WORK_REJECTS] = {"nonfinite_ray", "nonfinite_weight", "nonfinite_value",
                                                        "negative_value"};
 
@@ -28,6 +29,38 @@ static json_t *report_moves(const plan_length_t *length)
         json_add(moves, move_names[i], move);
     }
     return moves;
+}
+
+/* What leaving failures out does, measured by the run itself: its law is C (1 - p_fail), and the same chains with
+ * failures counted follow C. The two differ by the failures' weights, summed over blocks of the image. */
+static json_t *report_bias(const plan_t *plan, const plan_length_t *length)
+{
+    const settings_t *s = &plan->settings;
+    double published[WORK_FAILED_BLOCKS] = {0}, failed = 0, total = 0, variation = 0, worst = 0;
+    for (size_t p = 0; length->film.sums && p < plan->pixels; p++) {
+        const size_t x = p % s->width * WORK_FAILED_SIDE / s->width,
+                     y = p / s->width * WORK_FAILED_SIDE / s->height;
+        const int64_t *sum = length->film.sums + FILM_CHANNELS * p;
+        const rgb_t value = rgb((double)sum[0], (double)sum[1], (double)sum[2]);
+        published[y * WORK_FAILED_SIDE + x] +=
+            (s->target == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value)) / FILM_ONE;
+    }
+    for (int i = 0; i < WORK_FAILED_BLOCKS; i++) {
+        total += published[i];
+        failed += (double)length->failed[i];
+    }
+    for (int i = 0; i < WORK_FAILED_BLOCKS && total > 0; i++) {
+        const double biased = published[i] / total,
+                     plain = (published[i] + (double)length->failed[i]) / (total + failed);
+        variation += 0.5 * fabs(biased - plain);
+        if (plain > 1e-3) /* blocks of hardly any light say nothing */
+            worst = fmax(worst, fabs(biased / plain - 1));
+    }
+    json_t *bias = json_new_object();
+    json_add_number(bias, "failure_share", total > 0 ? failed / (total + failed) : 0);
+    json_add_number(bias, "total_variation", variation);
+    json_add_number(bias, "largest_block", worst);
+    return bias;
 }
 
 static json_t *report_length(const plan_t *plan, uint32_t k)
@@ -56,6 +89,8 @@ static json_t *report_length(const plan_t *plan, uint32_t k)
     json_add(object, "moves", report_moves(length));
     json_add_number(object, "zero_contribution", (double)length->zero_proposals);
     json_add_number(object, "longest_stay", (double)length->longest_stay);
+    if (plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
+        json_add(object, "bias", report_bias(plan, length));
     return object;
 }
 
@@ -107,6 +142,8 @@ json_t *plan_report(const plan_t *plan)
         json_add(root, "job", job);
     free(text);
     json_add_string(root, "algorithm", settings_algorithm_name(plan->settings.algorithm));
+    if (plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
+        json_add_string(root, "biased", PLAN_BIASED);
     json_add_number(root, "width", plan->settings.width);
     json_add_number(root, "height", plan->settings.height);
     json_add_number(root, "max_path_length", plan->settings.max_path_length);

@@ -11,7 +11,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 2 };
+enum { PLAN_SAVE_VERSION = 3 };
 
 /* ---- arrays ---- */
 
@@ -78,6 +78,7 @@ static void get_moments(wire_reader_t *in, plan_moments_t *moments)
 static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t k)
 {
     wire_put_f64(out, length->b);
+    wire_put_f64(out, length->need);
     wire_put_u64(out, length->units_in);
     wire_put_u64(out, length->merged);
     wire_put_u64(out, length->zero_proposals);
@@ -87,6 +88,10 @@ static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t
         wire_put_u64(out, length->proposed[i]);
         put_exact(out, &length->accepted[i]);
     }
+    for (int i = 0; i < WORK_FAILED_BLOCKS; i++)
+        wire_put_u64(out, length->failed[i]);
+    for (uint32_t s = 0; s <= k; s++)
+        wire_put_f64(out, length->techniques[s]);
     for (uint32_t i = 0; i <= k + 1; i++) {
         put_moments(out, &length->samples[i]);
         put_moments(out, &length->large_steps[i]);
@@ -96,6 +101,9 @@ static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t
 static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
 {
     length->b = wire_get_f64(in, "b");
+    length->need = wire_get_f64(in, "need");
+    if (!in->code && (!(length->need >= 0) || !isfinite(length->need)))
+        wire_reader_fail(in, FAULT_RANGE, "need", "%g", length->need);
     length->units_in = wire_get_u64(in, "units_in");
     length->merged = wire_get_u64(in, "merged");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");
@@ -105,10 +113,23 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
         length->proposed[i] = wire_get_u64(in, "proposed");
         get_exact(in, &length->accepted[i]);
     }
+    for (int i = 0; i < WORK_FAILED_BLOCKS; i++)
+        length->failed[i] = wire_get_u64(in, "failed");
+    double sum = 0;
+    for (uint32_t s = 0; s <= k; s++) {
+        length->techniques[s] = wire_get_f64(in, "techniques");
+        sum += length->techniques[s];
+        if (!in->code && !(length->techniques[s] >= 0))
+            wire_reader_fail(in, FAULT_RANGE, "techniques", "%g", length->techniques[s]);
+    }
+    if (!in->code && !(sum == 0 || fabs(sum - 1) < 1e-9))
+        wire_reader_fail(in, FAULT_RANGE, "techniques", "their sum is %g, expected 0 or 1", sum);
     for (uint32_t i = 0; i <= k + 1; i++) {
         get_moments(in, &length->samples[i]);
         get_moments(in, &length->large_steps[i]);
     }
+    if (!in->code && length->zero_proposals > length->merged)
+        wire_reader_fail(in, FAULT_RANGE, "zero_proposals", "more than the mutations");
     if (!in->code && (!(length->b >= 0) || !isfinite(length->b)))
         wire_reader_fail(in, FAULT_RANGE, "b", "%g", length->b);
     if (!in->code && !(length->cpu_seconds >= 0 && length->cpu_seconds < 1e15))
@@ -175,7 +196,7 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
 typedef struct save_parts {
     const plan_t *plan;
     save_packed_t *weights, *films; /* [max_path_length + 1] */
-    save_packed_t squares, features, pilot_moments;
+    save_packed_t squares, features, pilot_moments, pilot_blocks;
 } save_parts_t;
 
 static void put_plan(wire_writer_t *out, const save_parts_t *parts)
@@ -196,6 +217,14 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
     wire_put_bytes(out, "squares", parts->squares.data, parts->squares.size, UINT32_MAX);
     wire_put_bytes(out, "features", parts->features.data, parts->features.size, UINT32_MAX);
     wire_put_bytes(out, "pilot moments", parts->pilot_moments.data, parts->pilot_moments.size, UINT32_MAX);
+    wire_put_bytes(out, "pilot blocks", parts->pilot_blocks.data, parts->pilot_blocks.size, UINT32_MAX);
+}
+
+/* Octets of the pilot units' coarse images. */
+static size_t pilot_blocks_size(const plan_t *plan)
+{
+    return plan->candidates / plan->pilot_unit * plan->settings.max_path_length * WORK_BLOCKS *
+           sizeof *plan->pilot_blocks;
 }
 
 /* Octets of the pilot units' estimators. */
@@ -216,6 +245,8 @@ static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault
     }
     if (plan->pilot_moments)
         TRY(save_pack(plan->pilot_moments, pilot_moments_size(plan), &parts->pilot_moments, fault));
+    if (plan->pilot_blocks)
+        TRY(save_pack(plan->pilot_blocks, pilot_blocks_size(plan), &parts->pilot_blocks, fault));
     TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
     return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features,
                      &parts->features, fault);
@@ -254,6 +285,7 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
     free(parts.squares.data);
     free(parts.features.data);
     free(parts.pilot_moments.data);
+    free(parts.pilot_blocks.data);
     if (code) {
         free(*data);
         *data = NULL;
@@ -267,8 +299,11 @@ static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
 {
     if (plan->phase == PLAN_RENDER) {
         free(plan->pilot_moments);
+        free(plan->pilot_blocks);
         plan->pilot_moments = NULL;
+        plan->pilot_blocks = NULL;
         wire_get_bytes(in, "pilot moments", 0, &(size_t){0});
+        wire_get_bytes(in, "pilot blocks", 0, &(size_t){0});
         return in->code;
     }
     TRY(load_packed(in, "pilot moments", plan->pilot_moments, pilot_moments_size(plan)));
@@ -277,6 +312,10 @@ static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
         if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
             return wire_reader_fail(in, FAULT_RANGE, "pilot moments", "entry %zu is negative or not finite", i);
     }
+    TRY(load_packed(in, "pilot blocks", plan->pilot_blocks, pilot_blocks_size(plan)));
+    for (size_t i = 0; i < pilot_blocks_size(plan) / sizeof *plan->pilot_blocks; i++)
+        if (!(plan->pilot_blocks[i] >= 0) || !isfinite(plan->pilot_blocks[i]))
+            return wire_reader_fail(in, FAULT_RANGE, "pilot blocks", "entry %zu is negative or not finite", i);
     return FAULT_NONE;
 }
 

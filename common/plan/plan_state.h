@@ -25,7 +25,9 @@ typedef struct plan_length {
     /* pilot */
     double *weights; /* of the candidates; after the pilot their running sum */
     double b;        /* the pilot's estimate */
-    double share;    /* of the mutations; 0: nothing to render */
+    double need; /* mean over the image's blocks of I_k m / (I^2 + 0.01 m^2): how much the error is in its pixels */
+    double share;                         /* of the mutations; 0: nothing to render */
+    double techniques[PATH_MAX_VERTICES]; /* their shares of b by the pilot, for algorithms that want them */
     /* rendering */
     uint64_t budget; /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
     uint64_t unit_mutations, unit_chains;
@@ -39,6 +41,7 @@ typedef struct plan_length {
     uint64_t proposed[WORK_MOVES];
     exact_sum_t accepted[WORK_MOVES];
     uint64_t zero_proposals, longest_stay;
+    uint64_t failed[WORK_FAILED_BLOCKS]; /* failures = published */
     double cpu_seconds;
 } plan_length_t;
 
@@ -56,6 +59,7 @@ struct plan {
     uint64_t candidates;               /* of the pilot */
     uint32_t pilot_unit, feature_rows; /* candidates and rows a unit */
     work_moments_t *pilot_moments; /* of each pilot unit, until all are in: sums need their unit, plan->b, first */
+    double *pilot_blocks;          /* [pilot units][K][WORK_BLOCKS], as long */
     uint64_t refine_handed;        /* samples */
     plan_length_t *lengths;        /* [max_path_length + 1]; samples use film and counts of [0] */
     double b;                      /* sum of the pilot's b_k: the unit of the estimators' sums */
@@ -76,9 +80,19 @@ struct plan {
     const char *stopped_by;
 };
 
+/* What reports and headers say of failures = published. */
+#define PLAN_BIASED "failed proposals are left out: the image is of C (1 - p_fail), not of C"
+
 static inline bool plan_is_chains(const plan_t *plan)
 {
-    return plan->settings.algorithm >= SETTINGS_MMLT;
+    return settings_is_chains(plan->settings.algorithm);
+}
+
+/* Mutations that count: with failures = published those alone that carried light. */
+static inline double plan_counted(const plan_t *plan, const plan_length_t *length)
+{
+    const bool fewer = plan->settings.failures == SETTINGS_FAILURES_PUBLISHED;
+    return (double)(length->merged - (fewer ? length->zero_proposals : 0));
 }
 
 /* plan.c */
@@ -92,6 +106,8 @@ void plan_size_pilot(plan_t *plan);
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
 /* After the pilot: shares, unit sizes, scales. FAULT_NO_LIGHT if nothing was found. */
 fault_code_t plan_size_render(plan_t *plan, fault_t *fault);
+/* After the pilot's sums are in: shares of the techniques. */
+void plan_freeze_techniques(plan_t *plan);
 /* The next unit of the rendering phase; false if the budget is spent or memory is. */
 bool plan_render_record(plan_t *plan, work_record_t *record);
 

@@ -2,6 +2,7 @@
  * Kolmogorov-Smirnov and binomial comparisons, were the seed not fixed. */
 #include "chain/kernel.h"
 #include "math/sampling.h"
+#include "support/near.h"
 
 enum { COUNT = 40000 };
 static double from[COUNT], to[COUNT], values[COUNT];
@@ -189,13 +190,45 @@ static void numbers_depend_on_key_and_index_alone(void **state)
     }
 }
 
+/* The ratio of two steps' densities against their laws: 1 / (2 d log(s2 / s1)) and the normal law wrapped round. */
+static void ratios_are_those_of_the_densities(void **state)
+{
+    (void)state;
+    const kernel_t kelemen = kernel_make(SETTINGS_KERNEL_KELEMEN, 1.0 / 1024, 1.0 / 64);
+    const double via[3] = {0.5, 0.001, 0.3}, a[3] = {0.51, 0.999, 0.298}, b[3] = {0.505, 0.9905, 0.302};
+    /* distances 0.01, 0.002, 0.002 from a; 0.005, 0.0105, 0.002 from b; the second over the torus's edge */
+    assert_near(kernel_log_ratio(&kelemen, a, via, b, 3), log(0.01 / 0.005) + log(0.002 / 0.0105), 1e-12);
+    const double far[3] = {0.52, 0.999, 0.298}, close[3] = {0.5005, 0.999, 0.298};
+    assert_true(kernel_log_ratio(&kelemen, a, via, far, 3) == -HUGE_VAL);
+    assert_true(kernel_log_ratio(&kelemen, a, via, close, 3) == -HUGE_VAL);
+    for (int i = 0; i < 2; i++) {
+        const double sigma = i ? 0.4 : 0.02;
+        const kernel_t gaussian = kernel_make(SETTINGS_KERNEL_GAUSSIAN, 1e-3, sigma);
+        double density[2] = {0, 0};
+        for (int turns = -8; turns <= 8; turns++) {
+            density[0] += exp(-0.5 * pow((0.002 + turns) / sigma, 2));
+            density[1] += exp(-0.5 * pow((0.0105 + turns) / sigma, 2));
+        }
+        assert_near(kernel_log_ratio(&gaussian, a + 1, via + 1, b + 1, 1), log(density[1] / density[0]), 1e-12);
+    }
+    const kernel_t shorter = kernel_shortened(&kelemen, 0.25);
+    perturb_from(&shorter, 0.5, 77);
+    for (int i = 0; i < COUNT; i++)
+        assert_true(fabs(to[i] - 0.5) < 0.25 / 64 * (1 + 1e-5) && fabs(to[i] - 0.5) > 0.25 / 1024 * (1 - 1e-5));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(kelemen_steps_are_log_uniform),    cmocka_unit_test(signs_are_symmetric),
-        cmocka_unit_test(equal_ends_make_equal_steps),      cmocka_unit_test(gaussian_steps_are_normal),
-        cmocka_unit_test(steps_do_not_depend_on_the_place), cmocka_unit_test(uniform_numbers_stay_uniform),
-        cmocka_unit_test(any_start_is_forgotten),           cmocka_unit_test(numbers_depend_on_key_and_index_alone),
+        cmocka_unit_test(kelemen_steps_are_log_uniform),
+        cmocka_unit_test(signs_are_symmetric),
+        cmocka_unit_test(equal_ends_make_equal_steps),
+        cmocka_unit_test(gaussian_steps_are_normal),
+        cmocka_unit_test(steps_do_not_depend_on_the_place),
+        cmocka_unit_test(uniform_numbers_stay_uniform),
+        cmocka_unit_test(any_start_is_forgotten),
+        cmocka_unit_test(numbers_depend_on_key_and_index_alone),
+        cmocka_unit_test(ratios_are_those_of_the_densities),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -439,7 +439,7 @@ void hard_expect_invariance(const char *name, const scene_t *scene, const hard_i
     path_scene_t ps;
     if (path_scene_init(&ps, scene, scene->camera, 0, 0, &fault))
         fail_msg("%s: %s", name, fault.text);
-    path_space_t *space = calloc(1, sizeof *space);
+    path_space_t *space = path_space_new();
     settings_t settings;
     settings_default(&settings);
     tally_t tally = {0};
@@ -471,7 +471,7 @@ double hard_leaks(const scene_t *scene, uint32_t walks, uint32_t length)
     path_scene_t ps;
     if (path_scene_init(&ps, scene, scene->camera, 0, 0, &fault))
         fail_msg("%s", fault.text);
-    path_space_t *space = calloc(1, sizeof *space);
+    path_space_t *space = path_space_new();
     double u[PATH_MAX_DIMENSIONS];
     uint64_t leaks = 0, segments = 0;
     for (uint32_t i = 0; i < walks; i++) {

@@ -62,13 +62,13 @@ static void run(tally_t *tally, uint64_t index, work_space_t *space, const work_
 }
 
 /* A pilot, then chains of each length from every lit candidate. Returns the sum of b_k. */
-static double run_chains(tally_t *tally, uint64_t index, work_space_t *space)
+static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, settings_algorithm_t algorithm)
 {
     work_result_t result;
     uint64_t seeds[LENGTHS + 1][CANDIDATES], counts[LENGTHS + 1] = {0};
     double b = 0;
     run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .count = CANDIDATES}, &result);
-    assert_int_equal(result.weight_count, CANDIDATES * LENGTHS);
+    assert_int_equal(result.weight_count, (CANDIDATES + WORK_BLOCKS) * LENGTHS);
     for (uint32_t i = 0; i < CANDIDATES; i++)
         for (uint32_t k = 1; k <= LENGTHS; k++) {
             const double weight = result.weights[i * LENGTHS + k - 1];
@@ -78,8 +78,15 @@ static double run_chains(tally_t *tally, uint64_t index, work_space_t *space)
         }
     for (uint32_t k = 1; k <= LENGTHS; k++) {
         tally->lit += counts[k];
-        const work_record_t record = {
-            .kind = WORK_CHAINS, .length = k, .count = counts[k], .mutations = MUTATIONS, .seeds = seeds[k]};
+        double shares[LENGTHS + 1];
+        for (uint32_t s = 0; s <= k; s++)
+            shares[s] = 1.0 / (k + 1);
+        const work_record_t record = {.kind = WORK_CHAINS,
+                                      .length = k,
+                                      .count = counts[k],
+                                      .mutations = MUTATIONS,
+                                      .seeds = seeds[k],
+                                      .shares = settings_wants_shares(algorithm) ? shares : NULL};
         if (counts[k] > 0)
             run(tally, index, space, &record, &result);
     }
@@ -100,7 +107,11 @@ static void run_scene(tally_t *tally, uint64_t index)
     fault_t fault = {0};
     settings_t settings;
     settings_default(&settings);
-    settings.algorithm = SETTINGS_BDPT; /* its techniques are those of chains too */
+    settings.algorithm = SETTINGS_MMLT + index % (SETTINGS_ALGORITHMS - SETTINGS_MMLT);
+    settings.partial_step = index & 4 ? 0.4 : 0;
+    settings.failures =
+        index & 8 && settings.algorithm != SETTINGS_CMLT_IPSM ? SETTINGS_FAILURES_DELAYED : SETTINGS_FAILURES_PLAIN;
+    settings.auxiliary_step = index & 16 && settings.algorithm <= SETTINGS_CMLT ? 0.1 : 0;
     settings.max_path_length = LENGTHS;
     settings.target = index & 1 ? SETTINGS_TARGET_MAXIMUM : SETTINGS_TARGET_LUMINANCE;
     settings.kernel = index & 2 ? SETTINGS_KERNEL_GAUSSIAN : SETTINGS_KERNEL_KELEMEN;
@@ -113,7 +124,7 @@ static void run_scene(tally_t *tally, uint64_t index)
         fail_msg("scene %llu: %s", (unsigned long long)index, fault.text);
     } else {
         work_result_t result;
-        const double b = run_chains(tally, index, space);
+        const double b = run_chains(tally, index, space, settings.algorithm);
         run(tally, index, space,
             &(work_record_t){.kind = WORK_SAMPLES, .count = SAMPLES, .scale = b > 0 ? exp2(-rint(log2(b))) : 1},
             &result);

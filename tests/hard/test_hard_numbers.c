@@ -74,7 +74,7 @@ static void try_scene(const char *name)
 {
     const scene_t *scene = hard_load(name);
     fault_t fault = {0};
-    trial_t trial = {.name = name, .space = calloc(1, sizeof(path_space_t))};
+    trial_t trial = {.name = name, .space = path_space_new()};
     if (path_scene_init(&trial.ps, scene, scene->camera, 0, 0, &fault))
         fail_msg("%s: %s", name, fault.text);
     settings_t settings;

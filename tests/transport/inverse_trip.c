@@ -16,11 +16,11 @@ void trip_begin(trip_t *trip, const char *name)
     const scene_t *scene = inverse_scene(name);
     if (path_scene_init(&trip->ps, scene, scene->camera, 0, 0, &fault))
         fail_msg("%s: %s", name, fault.text);
-    trip->x = calloc(1, sizeof *trip->x);
-    trip->y = calloc(1, sizeof *trip->y);
+    trip->x = path_space_new();
+    trip->y = path_space_new();
     assert_non_null(trip->x);
     assert_non_null(trip->y);
-    trip->z = calloc(1, sizeof *trip->z);
+    trip->z = path_space_new();
     assert_non_null(trip->z);
 }
 

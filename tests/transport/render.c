@@ -58,7 +58,8 @@ void render_clear(render_t *render)
 
 static render_estimate_t estimate_of(const json_t *object)
 {
-    return (render_estimate_t){json_number(json_get(object, "value")), json_number(json_get(object, "standard_error"))};
+    return (render_estimate_t){json_number(json_get(object, "value")),
+                               json_number(json_get(object, "standard_error"))};
 }
 
 render_estimate_t render_length(const render_t *render, uint32_t k)

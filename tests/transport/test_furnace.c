@@ -1,6 +1,6 @@
-/* The closed furnace: albedo rho and emission L on every wall give the radiance L / (1 - rho) everywhere, of which paths
- * of length k carry L rho^(k-1). For every algorithm and length up to 50: b_k against its closed form within its own standard error,
- * and the image. */
+/* The closed furnace: albedo rho and emission L on every wall give the radiance L / (1 - rho) everywhere, of which
+ * paths of length k carry L rho^(k-1). For every algorithm and length up to 50: b_k against its closed form within
+ * its own standard error, and the image. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -14,16 +14,17 @@
 static const double rho = 0.8, emission = 1;
 enum { LENGTHS = 50, SIDE = 8 };
 
-/* Largest |z| of so many estimates: false alarm 1e-6 in all (Bonferroni: 2 * 51 * Q(z) with z = 5.8 is 7e-7). Estimates'
- * own standard errors have some noise: 10 % is allowed for. */
+/* Largest |z| of so many estimates: false alarm 1e-6 in all (Bonferroni: 2 * 51 * Q(z) with z = 5.8 is 7e-7).
+ * Estimates' own standard errors have some noise: 10 % is allowed for. */
 static const double z_most = 5.8 * 1.1;
 
 static void check(const char *algorithm, double mutations_per_pixel)
 {
     char text[512];
-    snprintf(text, sizeof text,
-             "{\"scene\":\"furnace\",\"algorithm\":\"%s\",\"max_path_length\":%d,\"stop\":{\"mutations_per_pixel\":%g}}",
-             algorithm, LENGTHS, mutations_per_pixel);
+    snprintf(
+        text, sizeof text,
+        "{\"scene\":\"furnace\",\"algorithm\":\"%s\",\"max_path_length\":%d,\"stop\":{\"mutations_per_pixel\":%g}}",
+        algorithm, LENGTHS, mutations_per_pixel);
     render_t render;
     render_run(&render, load_scene("furnace"), text);
     double expected = 0;
@@ -40,7 +41,8 @@ static void check(const char *algorithm, double mutations_per_pixel)
         mean += r[p] / (SIDE * SIDE);
         variance += (double)e[p] * e[p];
         const double want = expected / (SIDE * SIDE);
-        if (!(fabs(r[p] - want) <= z_most * 1.3 * e[p] + 1e-6 * want)) /* 16 units or more estimate each pixel's error */
+        if (!(fabs(r[p] - want) <=
+              z_most * 1.3 * e[p] + 1e-6 * want)) /* 16 units or more estimate each pixel's error */
             fail_msg("%s: pixel %d is %g +- %g, expected %g", algorithm, p, r[p], e[p], want);
     }
     print_message("%s: mean %.6f, expected %.6f\n", algorithm, mean, expected / (SIDE * SIDE));

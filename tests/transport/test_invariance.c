@@ -73,7 +73,7 @@ static void check_scene(const char *name)
     path_scene_t ps;
     if (path_scene_init(&ps, scene, scene->camera, 0, 0, &fault))
         fail_msg("%s: %s", name, fault.text);
-    path_space_t *space = calloc(1, sizeof *space);
+    path_space_t *space = path_space_new();
     settings_t settings;
     settings_default(&settings);
     tally_t tally = {0};

@@ -1,0 +1,74 @@
+#include "chain/chain.h"
+
+#include <string.h>
+
+void chain_splat(chain_t *chain, const target_value_t *value, double weight, uint64_t key, uint64_t draw)
+{
+    unit_splat(chain->target->scene, &chain->space->film, value->raster, rgb_scale(value->color, weight), key,
+               draw);
+}
+
+fault_code_t chain_start(chain_t *chain, uint64_t candidate, fault_t *fault)
+{
+    const target_t *target = chain->target;
+    work_space_t *space = chain->space;
+    chain->current.c = 0;
+    if (unit_seed(space, target, candidate, random_double(chain->key, UNIT_DRAW_SEED), &chain->s)) {
+        memcpy(chain->camera, space->camera, sizeof space->camera);
+        memcpy(chain->light, space->light, sizeof space->light);
+        target_eval(target, chain->kept, chain->s, chain->camera, chain->light, &chain->current);
+    }
+    if (!(chain->current.c > 0))
+        return fault_set(fault, FAULT_RANGE,
+                         "seed %llu of length %u carries no light: it is not of this scene's pilot",
+                         (unsigned long long)candidate, target->length);
+    chain->gathered = 0;
+    chain->stay = 0;
+    return FAULT_NONE;
+}
+
+/* The proposal's numbers and walks become the chain's. */
+static void chain_take(chain_t *chain, chain_streams_t streams, uint32_t camera, uint32_t light)
+{
+    work_space_t *space = chain->space;
+    if (streams & CHAIN_CAMERA) {
+        for (uint32_t i = 0; i < camera; i++)
+            chain->camera[i] = space->camera[i];
+        path_space_swap_camera(&space->path, chain->kept);
+    }
+    if (streams & CHAIN_LIGHT) {
+        for (uint32_t i = 0; i < light; i++)
+            chain->light[i] = space->light[i];
+        path_space_swap_light(&space->path, chain->kept);
+    }
+    memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
+}
+
+bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_t s, const target_value_t *value,
+                  chain_streams_t streams, uint32_t camera, uint32_t light)
+{
+    chain->gathered += 1 - a;
+    if (!(random_double(key, draw) < a)) {
+        if (a > 0)
+            chain_splat(chain, value, a, key, draw + 1);
+        chain->stay++;
+        return false;
+    }
+    chain_splat(chain, &chain->current, chain->gathered, key, draw + 1);
+    chain->current = *value;
+    chain->gathered = a;
+    chain->s = s;
+    chain_take(chain, streams, camera, light);
+    if (chain->stay > chain->stats->longest_stay)
+        chain->stats->longest_stay = chain->stay;
+    chain->stay = 0;
+    return true;
+}
+
+void chain_finish(chain_t *chain, uint64_t key)
+{
+    chain_splat(chain, &chain->current, chain->gathered, key, UNIT_DRAW_ACCEPT + 1);
+    chain->gathered = 0;
+    if (chain->stay > chain->stats->longest_stay)
+        chain->stats->longest_stay = chain->stay;
+}

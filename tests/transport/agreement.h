@@ -1,0 +1,23 @@
+/* agreement.h: two ways of rendering a scene compared by t scores over seeds: mean luminances of 4 x 4 blocks of
+ * the image and of the whole. */
+#ifndef TESTS_TRANSPORT_AGREEMENT_H
+#define TESTS_TRANSPORT_AGREEMENT_H
+
+#include "scene/scene.h"
+
+enum { AGREEMENT_SIDE = 24, AGREEMENT_BLOCKS = 4, AGREEMENT_REGIONS = AGREEMENT_BLOCKS * AGREEMENT_BLOCKS + 1 };
+
+typedef struct regions {
+    double sum[AGREEMENT_REGIONS], sum2[AGREEMENT_REGIONS];
+    int seeds;
+} regions_t;
+
+/* Renders 24 x 24 pixels, `work` mutations or samples a pixel, paths of up to `length` segments. `more` is further
+ * JSON of the job, beginning with a comma, or empty. */
+void agreement_run(const scene_t *scene, const char *algorithm, const char *more, uint32_t length, double work,
+                   int seeds, regions_t *regions);
+
+/* Fails the test where |t| of a region is so large that two right ways would exceed it with probability `alarm`. */
+void agreement_compare(const char *scene, const char *name, const regions_t *a, const regions_t *b, double alarm);
+
+#endif

@@ -1,0 +1,75 @@
+/* Moves against independent samples, without large steps to hide what is wrong: each chain makes 4096 mutations of
+ * which one in a hundred is large, so that what a wrong ratio does to its law has time to show. By t scores over
+ * seeds against bdpt. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "agreement.h"
+#include "load.h"
+
+#define CHAINS(more) ",\"chains\":{\"large_step\":0.01,\"length\":4096" more "}"
+
+typedef struct variant {
+    const char *name, *algorithm, *more;
+} variant_t;
+
+static const variant_t variants[] = {
+    {"mmlt", "mmlt", CHAINS(",\"technique_step\":0.2")},
+    {"rjmlt", "rjmlt", CHAINS(",\"jump_step\":0.2")},
+    {"cmlt", "cmlt", CHAINS(",\"jump_step\":0.2")},
+    {"cmlt-rex", "cmlt-rex", CHAINS(",\"jump_step\":0.2")},
+    {"cmlt-ipsm", "cmlt-ipsm", CHAINS("")},
+    {"pssmlt-mix", "pssmlt-mix", CHAINS("")},
+    {"partial steps", "rjmlt", CHAINS(",\"jump_step\":0.2,\"partial_step\":0.6")},
+    {"delayed", "rjmlt", CHAINS(",\"jump_step\":0.1,\"partial_step\":0.3,\"failures\":\"delayed\"")},
+    {"delayed, gaussian", "mmlt",
+     CHAINS(",\"kernel\":\"gaussian\",\"step_max\":0.05,\"technique_step\":0.1,\"failures\":\"delayed\"")},
+    {"auxiliary", "cmlt", CHAINS(",\"jump_step\":0.1,\"auxiliary_step\":0.2")},
+};
+enum { SEEDS = 20, LENGTH = 5, VARIANTS = sizeof variants / sizeof *variants };
+
+/* False alarms: 1e-6 in a whole run of 8 scenes, 17 regions, two sides. */
+static const double alarm = 1e-6 / (8 * VARIANTS * AGREEMENT_REGIONS * 2);
+
+static void check(const char *name)
+{
+    const scene_t *scene = load_scene(name);
+    regions_t bdpt, other;
+    agreement_run(scene, "bdpt", "", LENGTH, 32, SEEDS, &bdpt);
+    for (int i = 0; i < VARIANTS; i++) {
+        agreement_run(scene, variants[i].algorithm, variants[i].more, LENGTH, 120, SEEDS, &other);
+        agreement_compare(name, variants[i].name, &other, &bdpt, alarm);
+    }
+    load_clear();
+}
+
+#define SCENE_TEST(function, name)                                                                                 \
+    static void function(void **state)                                                                             \
+    {                                                                                                              \
+        (void)state;                                                                                               \
+        check(name);                                                                                               \
+    }
+
+SCENE_TEST(diffuse_room, "diffuse")
+SCENE_TEST(glossy_room, "glossy")
+SCENE_TEST(specular_room, "glass")
+SCENE_TEST(sky_and_sun, "environment")
+SCENE_TEST(point_and_spot, "delta-lights")
+SCENE_TEST(lens_and_filter, "lens")
+SCENE_TEST(transmitting_screens, "transmission")
+SCENE_TEST(interpolated_normals, "normals")
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(diffuse_room),         cmocka_unit_test(glossy_room),
+        cmocka_unit_test(specular_room),        cmocka_unit_test(sky_and_sun),
+        cmocka_unit_test(point_and_spot),       cmocka_unit_test(lens_and_filter),
+        cmocka_unit_test(transmitting_screens), cmocka_unit_test(interpolated_normals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
