@@ -297,7 +297,10 @@ spread_t gain_entry_spread(const gain_entry_t *entry, size_t point, gain_quantit
 {
     double *values = gain_allocate(entry->run_count, sizeof *values);
     gain_entry_values(entry, point, quantity, values);
-    const spread_t spread = spread_of(values, entry->run_count);
+    bool known = true;
+    for (size_t i = 0; i < entry->run_count; i++)
+        known &= !isnan(values[i]);
+    const spread_t spread = spread_of(values, known ? entry->run_count : 0);
     free(values);
     return spread;
 }

@@ -14,7 +14,8 @@ enum { GAIN_POINTS = 16, GAIN_LENGTHS = 128, GAIN_MOVES = 16, GAIN_TEXT = 256 };
 /* A run as it stood at one of the times. */
 typedef struct gain_point {
     double cpu_seconds, mutations;
-    double relmse, trimmed; /* against the two halves of the reference: may be negative near its noise */
+    double relmse, trimmed; /* against the two halves of the reference: may be negative near its noise; NaN: path
+                               lengths are still missing */
     double brightness;      /* over the reference's */
 } gain_point_t;
 
@@ -98,6 +99,7 @@ typedef enum gain_quantity {
 
 /* Of each run, into values[run_count]. */
 void gain_entry_values(const gain_entry_t *entry, size_t point, gain_quantity_t quantity, double *values);
+/* All NaN if a run's value is. */
 spread_t gain_entry_spread(const gain_entry_t *entry, size_t point, gain_quantity_t quantity);
 /* All lengths together; a move's acceptance is that over all its proposals. */
 gain_length_t gain_entry_total(const gain_entry_t *entry);

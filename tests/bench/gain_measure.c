@@ -13,6 +13,8 @@
 #include "seeds.h"
 #include "solo.h"
 
+#define MISSING_MOST 0.03 /* of the light, in an image that has an error */
+
 /* Images of one variant. */
 typedef struct images {
     double *sums;      /* [3][pixels], over the seeds */
@@ -40,25 +42,51 @@ typedef struct run {
     double nonfinite;
 } run_t;
 
+/* The part of the light in path lengths that chains have not come to yet: an image without it is no estimate, and
+ * near-black ones have a relMSE below 1 that better ones have not. Samples are of all lengths. */
+static double report_missing(const json_t *report)
+{
+    double missing = 0, total = 0;
+    for (const json_t *m = json_first(json_get(report, "lengths")); m; m = json_next(m)) {
+        const double b = json_number(json_get(json_get(m, "b"), "value"));
+        const json_t *mutations = json_get(m, "mutations");
+        total += b;
+        if (mutations && !(json_number(mutations) > 0))
+            missing += b;
+    }
+    return total > 0 ? missing / total : 0;
+}
+
+static gain_point_t run_point(const compare_result_t *result, const json_t *report, double cpu_seconds)
+{
+    gain_point_t point = {.cpu_seconds = cpu_seconds,
+                          .mutations = json_number(json_get(json_get(report, "rates"), "mutations")),
+                          .relmse = result->relmse,
+                          .trimmed = result->relmse_trimmed,
+                          .brightness = result->bias};
+    if (report_missing(report) > MISSING_MOST)
+        point.relmse = point.trimmed = NAN;
+    return point;
+}
+
 /* Compares the image as it stands; keeps the last with its report. */
 static fault_code_t run_look(void *user, size_t index, double cpu_seconds, const plan_t *plan, fault_t *fault)
 {
     run_t *run = user;
     const gain_reference_t *reference = run->measure->reference;
-    plan_progress_t progress;
     image_t image;
     TRY(plan_image(plan, &image, fault));
+    json_t *report = plan_report(plan);
     compare_result_t *result = gain_allocate(1, sizeof *result);
     const fault_code_t code =
         compare_images(result, &image, &reference->halves[0], &reference->halves[1], NULL, fault);
-    plan_progress(plan, &progress);
-    run->figures->points[index] =
-        (gain_point_t){cpu_seconds, progress.mutations, result->relmse, result->relmse_trimmed, result->bias};
+    run->figures->points[index] = run_point(result, report, cpu_seconds);
     if (index + 1 == run->measure->scene->point_count) {
         run->nonfinite = (double)result->nonfinite;
-        run->report = plan_report(plan);
+        run->report = report;
         run->image = image;
     } else {
+        json_destroy(&report);
         image_clear(&image);
     }
     free(result);
