@@ -8,7 +8,7 @@
  * cmlt-ipsm    yes                                  yes
  * pssmlt-mix   yes*                                          yes            * the technique is kept
  *
- * Any but the last three may have an auxiliary chain beside each chain.
+ * Any but the last three may have an auxiliary chain beside each chain. Chains of all lengths at once: bundle.h.
  */
 #include <assert.h>
 
@@ -128,6 +128,8 @@ fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const
                          work_result_t *result, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
+    if (settings_joins_all(settings->algorithm))
+        return unit_bundle(space, record, cancel, result, fault);
     const uint32_t together = settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
     ensemble_t ensemble;
     TRY(unit_film(space, fault));

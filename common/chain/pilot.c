@@ -8,7 +8,7 @@
 
 #include "chain/sampler.h"
 
-static uint64_t pilot_key(const renderer_t *renderer, uint64_t index)
+uint64_t unit_pilot_key(const renderer_t *renderer, uint64_t index)
 {
     return random_key(renderer->settings.seed, RANDOM_PURPOSE_PILOT, 0, index);
 }
@@ -16,7 +16,7 @@ static uint64_t pilot_key(const renderer_t *renderer, uint64_t index)
 bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique)
 {
     double totals[PATH_MAX_VERTICES], by_technique[PATH_MAX_VERTICES] = {0};
-    const uint64_t key = pilot_key(space->renderer, candidate);
+    const uint64_t key = unit_pilot_key(space->renderer, candidate);
     sampler_t sampler = {.space = space,
                          .renderer = space->renderer,
                          .totals = totals,

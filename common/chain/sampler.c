@@ -20,6 +20,8 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
         sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings,
                                                            t > 1 ? sampler->space->path.raster : value->raster,
                                                            WORK_BLOCKS_SIDE)] += scalar;
+    if (t == 1 && sampler->splats)
+        sampler->splats[sampler->splat_count++] = (sampler_splat_t){value->raster, value->value};
     if (t > 1)
         sampler->pixel = rgb_add(sampler->pixel, value->value);
     else if (sampler->film)
@@ -35,7 +37,7 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
         return;
     path_vertex_t y0;
     const path_vertex_t *own = NULL;
-    if (s == 1) {
+    if (s == 1 && !settings_joins_all(renderer->settings.algorithm)) {
         double u[3];
         sampler_next_event(sampler->key, t, u);
         if (!path_light_origin(&renderer->scene, u, &y0))
@@ -47,35 +49,57 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
         sampler_add(sampler, s, t, &value);
 }
 
-void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
+/* The light walk of the numbers in the space: how many first vertices of it take part. */
+static uint32_t sampler_walk_light(sampler_t *sampler)
+{
+    work_space_t *space = sampler->space;
+    const settings_t *settings = &sampler->renderer->settings;
+    const uint32_t K = settings->max_path_length;
+    if (settings->algorithm == SETTINGS_PT || (K < 2 && !settings_joins_all(settings->algorithm)))
+        return 1;
+    const uint32_t light =
+        path_walk_light(&sampler->renderer->scene, &space->path, space->light, K, PATH_ENDS_JOINED);
+    return light > 1 || settings_joins_all(settings->algorithm) ? light : 1; /* s = 1 has points of its own */
+}
+
+void sampler_evaluate(sampler_t *sampler, uint64_t key)
 {
     work_space_t *space = sampler->space;
     const renderer_t *renderer = sampler->renderer;
-    const settings_t *settings = &renderer->settings;
-    const uint32_t K = settings->max_path_length;
+    const uint32_t K = renderer->settings.max_path_length;
     sampler->key = key;
     sampler->pixel = rgb_gray(0);
+    sampler->splat_count = 0;
     for (uint32_t k = 1; k <= K; k++)
         sampler->totals[k] = 0;
-    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(&renderer->scene, K + 1));
+    const uint32_t camera =
+        path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1, PATH_ENDS_ON_LIGHT);
+    const uint32_t light = sampler_walk_light(sampler);
+    for (uint32_t t = 1; t <= camera; t++)
+        for (uint32_t s = t == 1; s <= light; s++)
+            sampler_join(sampler, s, t);
+    const bool lit = !rgb_black(sampler->pixel);
+    if (sampler->film && lit)
+        unit_splat(&renderer->scene, sampler->film, space->path.raster, rgb_scale(sampler->pixel, sampler->scale),
+                   key, UNIT_DRAW_FILTER + 2);
+    if (sampler->splats && lit)
+        sampler->splats[sampler->splat_count++] = (sampler_splat_t){space->path.raster, sampler->pixel};
+    for (uint32_t k = 1; sampler->moments && k <= K; k++)
+        unit_moment(&sampler->moments[work_samples_moment(k)], sampler->totals[k]);
+}
+
+void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
+{
+    work_space_t *space = sampler->space;
+    const path_scene_t *scene = &sampler->renderer->scene;
+    const settings_t *settings = &sampler->renderer->settings;
+    const uint32_t K = settings->max_path_length;
+    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(scene, K + 1));
     if (pixel >= 0) {
         space->camera[0] = ((double)(pixel % settings->width) + space->camera[0]) / settings->width;
         space->camera[1] = ((double)(pixel / settings->width) + space->camera[1]) / settings->height;
     }
-    const uint32_t camera =
-        path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1, PATH_ENDS_ON_LIGHT);
-    uint32_t light = 1;
-    if (settings->algorithm != SETTINGS_PT) {
+    if (settings->algorithm != SETTINGS_PT)
         kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(K));
-        if (K >= 2)
-            light = path_walk_light(&renderer->scene, &space->path, space->light, K, PATH_ENDS_JOINED);
-    }
-    for (uint32_t t = 1; t <= camera; t++)
-        for (uint32_t s = t == 1; s <= (light > 1 ? light : 1); s++)
-            sampler_join(sampler, s, t);
-    if (sampler->film && !rgb_black(sampler->pixel))
-        unit_splat(&renderer->scene, sampler->film, space->path.raster, rgb_scale(sampler->pixel, sampler->scale),
-                   key, UNIT_DRAW_FILTER + 2);
-    for (uint32_t k = 1; sampler->moments && k <= K; k++)
-        unit_moment(&sampler->moments[work_samples_moment(k)], sampler->totals[k]);
+    sampler_evaluate(sampler, key);
 }

@@ -1,6 +1,7 @@
 /* sampler.h: independent samples of all path lengths at once: one walk from the camera, one from a light, all their
  * vertices joined in all allowed ways (Veach 1997, chapter 10). Connections to the light itself (s = 1) draw a
- * point of their own for every camera vertex.
+ * point of their own for every camera vertex; but for settings_joins_all, where a sample must be a function of the
+ * walks' numbers alone, they take the light walk's first vertex.
  *
  * What a sample is for is said by the pointers that are set: an image, sums by length, the techniques of one
  * length.
@@ -9,6 +10,12 @@
 #define CHAIN_SAMPLER_H
 
 #include "chain/unit.h"
+
+/* What a sample adds to the image at one place. */
+typedef struct sampler_splat {
+    vec2_t raster;
+    rgb_t value;
+} sampler_splat_t;
 
 typedef struct sampler {
     work_space_t *space;
@@ -19,7 +26,9 @@ typedef struct sampler {
     work_moments_t *moments; /* added to if not null */
     double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
     double *blocks; /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */
-    uint32_t only;  /* join only to this length; 0: to all */
+    sampler_splat_t *splats; /* [K + 1]: if not null, where this sample is seen: set, not added to */
+    uint32_t splat_count;
+    uint32_t only; /* join only to this length; 0: to all */
     /* of the sample at hand */
     uint64_t key;
     rgb_t pixel; /* what the camera walk gathered */
@@ -28,6 +37,9 @@ typedef struct sampler {
 /* Sample with the random numbers of `key`. pixel < 0: anywhere on the film; else within that pixel's share of it.
  * The walks' numbers are left in the space. */
 void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel);
+
+/* The same with the walks' numbers that are in the space; `key` is for numbers beside theirs. */
+void sampler_evaluate(sampler_t *sampler, uint64_t key);
 
 /* The numbers of the point on a light that camera vertex t - 1 is joined to (s = 1). */
 void sampler_next_event(uint64_t key, uint32_t t, double u[3]);

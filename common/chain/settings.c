@@ -19,7 +19,7 @@ void settings_default(settings_t *settings)
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
 {
-    static const char *const names[SETTINGS_ALGORITHMS] = {"pt",   "bdpt",     "mmlt",      "rjmlt",
-                                                           "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix"};
+    static const char *const names[SETTINGS_ALGORITHMS] = {"pt",       "bdpt",      "mmlt",       "rjmlt", "cmlt",
+                                                           "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt"};
     return (unsigned)algorithm < SETTINGS_ALGORITHMS ? names[algorithm] : "?";
 }

@@ -16,6 +16,7 @@ typedef enum settings_algorithm {
     SETTINGS_CMLT_REX,   /* chart swaps by replica exchange (ibid.) */
     SETTINGS_CMLT_IPSM,  /* inverse primary space perturbations (ibid.) */
     SETTINGS_PSSMLT_MIX, /* chains that keep their technique, weighted targets (ibid., section 3.2) */
+    SETTINGS_PSSMLT,     /* two walks joined in all ways, all lengths at once (Kelemen et al. 2002) */
     SETTINGS_ALGORITHMS
 } settings_algorithm_t;
 
@@ -67,6 +68,11 @@ static inline bool settings_jumps(settings_algorithm_t a)
 static inline bool settings_keeps_technique(settings_algorithm_t a)
 {
     return a == SETTINGS_CMLT_REX || a == SETTINGS_PSSMLT_MIX;
+}
+/* Whether a chain's state is two walks joined in all ways, so that it is of all lengths at once. */
+static inline bool settings_joins_all(settings_algorithm_t a)
+{
+    return a == SETTINGS_PSSMLT;
 }
 /* Whether units need the techniques' shares of energy (work_record_t.techniques). */
 static inline bool settings_wants_shares(settings_algorithm_t a)

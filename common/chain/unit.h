@@ -49,6 +49,13 @@ fault_code_t unit_features(work_space_t *space, const work_record_t *record, con
 fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                          work_result_t *result, fault_t *fault);
 
+/* Chains of all lengths at once (bundle.h): what unit_chains is for settings_joins_all. */
+fault_code_t unit_bundle(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                         work_result_t *result, fault_t *fault);
+
+/* The key of a pilot's candidate. */
+uint64_t unit_pilot_key(const renderer_t *renderer, uint64_t index);
+
 /* Makes a pilot's candidate again as the state of a chain of the target's length: its numbers into space->camera
  * and space->light, its technique by `place` in [0,1). False if the candidate carries nothing of that length. */
 bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique);

@@ -164,10 +164,14 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
     if (record->kind == WORK_CHAINS && !settings_is_chains(settings->algorithm))
         return fault_set(fault, FAULT_RANGE, "a unit of chains, which %s does not make",
                          settings_algorithm_name(settings->algorithm));
-    if (record->kind == WORK_CHAINS && (record->length < 1 || record->length > settings->max_path_length))
+    const bool all = settings_joins_all(settings->algorithm);
+    if (record->kind == WORK_CHAINS && all && record->length != 0)
+        return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 0: chains of %s are of all lengths",
+                         record->length, settings_algorithm_name(settings->algorithm));
+    if (record->kind == WORK_CHAINS && !all && (record->length < 1 || record->length > settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 1 to %u", record->length,
                          settings->max_path_length);
-    if (record->kind == WORK_CHAINS && space->renderer->targets[record->length].count == 0)
+    if (record->kind == WORK_CHAINS && !all && space->renderer->targets[record->length].count == 0)
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
     if (record->kind == WORK_CHAINS && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
         return fault_set(fault, FAULT_RANGE, "shares of techniques: they do not go with the algorithm");

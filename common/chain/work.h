@@ -37,7 +37,7 @@ size_t renderer_bytes(const renderer_t *renderer);
 
 typedef enum work_kind {
     WORK_PILOT = 1,    /* candidates for seeds: independent samples of all lengths, with their weights */
-    WORK_CHAINS = 2,   /* Markov chains of one length, each from its seed */
+    WORK_CHAINS = 2,   /* Markov chains of one length or of all, each from its seed */
     WORK_SAMPLES = 3,  /* independent pt or bdpt samples of all lengths */
     WORK_FEATURES = 4, /* albedo, normal and depth of pixel rows */
     WORK_REFINE = 5,   /* independent samples of all lengths for the estimates of b_k alone */
@@ -58,7 +58,7 @@ enum {
 
 typedef struct work_record {
     uint32_t kind;      /* work_kind_t */
-    uint32_t length;    /* k: chains; else 0 */
+    uint32_t length;    /* k: chains; 0: chains of all lengths at once (settings_joins_all), and all else */
     uint64_t first;     /* pilot, refine, samples: index of the first sample; chains: id of the first chain;
                            features: first row */
     uint64_t count;     /* of candidates, samples, chains, or rows */
@@ -117,8 +117,8 @@ typedef struct work_result {
     uint32_t kind, length;
     work_stats_t stats;
     /* Estimators. Chains (their large steps) of length k: [0] the length's b_k (technique factor included), [1 + s]
-     * the part of technique s. Pilot, refine, samples: for each length k = 1..K, 1 + (k+1) such entries in a row.
-     */
+     * the part of technique s. Pilot, refine, samples, chains of all lengths: for each length k = 1..K, 1 + (k+1)
+     * such entries in a row. */
     uint32_t moment_count;
     work_moments_t *moments;
     uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K;

@@ -84,7 +84,7 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
                                 (unsigned long long)most[r->kind]);
     if (r->first > UINT64_MAX / 2)
         return wire_reader_fail(in, FAULT_RANGE, "first", "%llu is beyond 2^63", (unsigned long long)r->first);
-    if (r->kind == WORK_CHAINS ? r->length < 1 || r->length > PATH_MAX_LENGTH : r->length != 0)
+    if (r->kind == WORK_CHAINS ? r->length > PATH_MAX_LENGTH : r->length != 0)
         return wire_reader_fail(in, FAULT_RANGE, "length", "%u does not go with the kind", r->length);
     if (r->kind == WORK_CHAINS ? r->mutations < r->count || r->mutations > UINT64_C(1) << 40 : r->mutations != 0)
         return wire_reader_fail(in, FAULT_RANGE, "mutations", "%llu does not go with kind and count",
@@ -99,8 +99,9 @@ static fault_code_t record_get_shares(wire_reader_t *in, work_record_t *record, 
     const uint32_t count = wire_get_u32(in, "shares");
     if (in->code || count == 0)
         return in->code;
-    if (count != record->length + 1)
-        return wire_reader_fail(in, FAULT_FORMAT, "shares", "%u, expected 0 or %u", count, record->length + 1);
+    if (record->length == 0 || count != record->length + 1)
+        return wire_reader_fail(in, FAULT_FORMAT, "shares", "%u, expected 0%s", count,
+                                record->length ? " or one more than the length" : "");
     record->shares = malloc(sizeof(double) * count);
     if (!record->shares)
         return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its shares");
@@ -380,8 +381,9 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
                                 result->kind, result->length, record->kind, record->length);
     result_get_stats(&in, &result->stats);
     const uint32_t moments = record->kind == WORK_FEATURES ? 0
-                             : record->kind == WORK_CHAINS ? record->length + 2
-                                                           : work_samples_moment(max_path_length + 1);
+                             : record->kind == WORK_CHAINS && record->length > 0
+                                 ? record->length + 2
+                                 : work_samples_moment(max_path_length + 1);
     fault_code_t code = result_get_moments(&in, result, moments, fault);
     if (!code)
         code = result_check_counts(&in, result, record);

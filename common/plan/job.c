@@ -46,8 +46,8 @@ static fault_code_t job_read_path(const json_t *object, const char *path, const 
 }
 
 static const char *const filter_names[SCENE_FILTER_KINDS] = {"box", "triangle", "gaussian"};
-static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {"pt",   "bdpt",     "mmlt",      "rjmlt",
-                                                                 "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix"};
+static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {
+    "pt", "bdpt", "mmlt", "rjmlt", "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt"};
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
 static const char *const failure_names[SETTINGS_FAILURES] = {"plain", "delayed", "published"};
@@ -93,6 +93,13 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
     if (s->auxiliary_step > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
         return fault_set(fault, FAULT_UNSUPPORTED,
                          "chains.auxiliary_step: does not go with chains.failures \"published\"");
+    if (settings_joins_all(s->algorithm) && s->failures != SETTINGS_FAILURES_PLAIN)
+        return fault_set(fault, FAULT_UNSUPPORTED,
+                         "chains.failures: \"%s\" is not for %s, whose failures are \"plain\"",
+                         failure_names[s->failures], name);
+    if (settings_joins_all(s->algorithm) && s->partial_step > 0)
+        return fault_set(fault, FAULT_UNSUPPORTED,
+                         "chains.partial_step: is not for %s, which joins both walks anew", name);
     const double left = 1 - s->large_step - s->auxiliary_step - (jumps ? s->jump_step : 0);
     if (!(left >= -1e-12))
         return fault_set(fault, FAULT_RANGE,
@@ -190,6 +197,10 @@ static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
     settings->algorithm = (settings_algorithm_t)algorithm;
     settings->target = (settings_target_t)target;
     settings->max_path_length = (uint32_t)length;
+    if (settings_joins_all(settings->algorithm)) { /* it has no such moves, whatever the others' defaults */
+        settings->failures = SETTINGS_FAILURES_PLAIN;
+        settings->partial_step = settings->auxiliary_step = 0;
+    }
     TRY(job_read_chains(root, settings, fault));
     TRY(job_read_stop(root, &job->stop, fault));
     return job_read_output(root, job, fault);

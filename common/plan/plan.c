@@ -39,7 +39,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
         goto cleanup;
     }
     plan_size_pilot(plan);
-    for (uint32_t k = 1; k <= s->max_path_length && !code; k++) {
+    for (uint32_t k = plan_has_seeds(plan, 0) ? 0 : 1; k <= s->max_path_length && !code; k++) {
         plan->lengths[k].weights = calloc(plan->candidates, sizeof(double));
         if (!plan->lengths[k].weights)
             code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's candidates");
@@ -199,7 +199,9 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
     TRY(absorb_film(plan, length, result, fault));
     absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max,
                    (double)record->mutations / (double)length->unit_mutations);
-    for (uint32_t i = 0; i < result->moment_count; i++)
+    if (plan_is_whole(plan)) /* their large steps are samples like all others */
+        absorb_all_moments(plan, result->moments);
+    for (uint32_t i = 0; !plan_is_whole(plan) && i < result->moment_count; i++)
         absorb_moments(&length->large_steps[i], &result->moments[i], plan->b);
     for (int i = 0; i < WORK_MOVES; i++) {
         length->proposed[i] += result->stats.proposed[i];
@@ -239,18 +241,33 @@ static void absorb_totals(plan_t *plan, const work_stats_t *stats)
         plan->totals.rejects[i] += stats->rejects[i];
 }
 
-/* The pilot's estimate of b_k from its candidates, in their order; seeds are made ready. */
-static void pilot_finish_length(plan_t *plan, plan_length_t *length)
+/* The pilot's estimate of b_k from its candidates, in their order. */
+static void pilot_finish_length(const plan_t *plan, plan_length_t *length)
 {
     double sum = 0;
     for (uint64_t i = 0; i < plan->candidates; i++)
         sum += length->weights[i];
     length->b = sum / (double)plan->candidates;
-    if (plan_is_chains(plan)) {
-        plan_prepare_seeds(plan, length);
-    } else {
-        free(length->weights);
-        length->weights = NULL;
+}
+
+/* Where chains start: in proportion to a candidate's weight for their length, or for all of them. */
+static void pilot_finish_seeds(plan_t *plan)
+{
+    plan_length_t *all = &plan->lengths[0];
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        for (uint64_t i = 0; plan_has_seeds(plan, 0) && i < plan->candidates; i++)
+            all->weights[i] += length->weights[i];
+        if (plan_has_seeds(plan, k)) {
+            plan_prepare_seeds(plan, length);
+        } else {
+            free(length->weights);
+            length->weights = NULL;
+        }
+    }
+    if (plan_has_seeds(plan, 0)) {
+        plan_prepare_seeds(plan, all);
+        all->b = all->weights[plan->candidates - 1] / (double)plan->candidates;
     }
 }
 
@@ -282,6 +299,7 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
 {
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         pilot_finish_length(plan, &plan->lengths[k]);
+    pilot_finish_seeds(plan);
     pilot_finish_needs(plan);
     plan->phase = PLAN_RENDER;
     plan->pilot_cpu_seconds = plan->totals.cpu_seconds;

@@ -32,6 +32,12 @@ static uint64_t at_most(uint64_t a, uint64_t b)
     return a < b ? a : b;
 }
 
+/* Mutations that cost as much as a bidirectional sample: where chains join all, each makes one. */
+static uint32_t budget_sample(const plan_t *plan)
+{
+    return settings_joins_all(plan->settings.algorithm) ? 1 : SAMPLE_MUTATIONS;
+}
+
 void plan_size_pilot(plan_t *plan)
 {
     const settings_t *s = &plan->settings;
@@ -42,7 +48,7 @@ void plan_size_pilot(plan_t *plan)
     if (!plan_is_chains(plan))
         candidates = PILOT_SCALE;
     else if (plan->mutations_total > 0) /* a tenth of the work */
-        candidates = plan->mutations_total / (10 * SAMPLE_MUTATIONS);
+        candidates = plan->mutations_total / (10 * budget_sample(plan));
     else if (stop->seconds > 0) /* a tenth of the time of one worker, at sixty thousand a second */
         candidates = stop->seconds * 6e3;
     if (candidates > PILOT_MOST)
@@ -88,6 +94,11 @@ static void budget_shares(plan_t *plan)
 {
     const double least = 0.005, by_energy = 0.1;
     double sum = 0, needs = 0;
+    if (plan_is_whole(plan)) {
+        plan->lengths[0].share = 1;
+        plan->weight_max = plan->lengths[0].b;
+        return;
+    }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         needs += sqrt(plan->lengths[k].b * plan->lengths[k].need / budget_cost(k));
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -109,7 +120,7 @@ static void budget_total(plan_t *plan)
 {
     uint64_t left = (uint64_t)plan->mutations_total;
     double share_left = 1;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         plan_length_t *length = &plan->lengths[k];
         length->budget = plan->mutations_total > 0 ? 0 : UINT64_MAX;
         if (length->share == 0 || plan->mutations_total == 0)
@@ -147,7 +158,9 @@ static void budget_units(plan_t *plan)
     if (seconds > 0 && seconds < 1e6) /* a short render is cut finer: for its error, and to end in time */
         usual = at_most(usual, at_least((uint64_t)(seconds * USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
     const uint64_t chain = plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+    if (plan_is_whole(plan)) /* as long in time */
+        usual = at_least(usual / SAMPLE_MUTATIONS, UNIT_LEAST);
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         plan_length_t *length = &plan->lengths[k];
         uint64_t mutations = usual;
         if (length->share * 8 < 1) /* a length of little energy: smaller units, so that it has some */
@@ -204,18 +217,18 @@ void plan_freeze_techniques(plan_t *plan)
 static double budget_handed(const plan_t *plan)
 {
     double handed = 0;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
         handed += (double)plan->lengths[k].handed;
     return handed;
 }
 
-/* The length that lags most behind its share. */
+/* The length that lags most behind its share; 0 (which has no share where lengths have theirs) if none is left. */
 static uint32_t budget_neediest(const plan_t *plan)
 {
     const double handed = budget_handed(plan);
     uint32_t neediest = 0;
     double need = -INFINITY;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         const plan_length_t *length = &plan->lengths[k];
         if (length->share == 0 || length->handed >= length->budget)
             continue;
@@ -232,7 +245,7 @@ static uint32_t budget_neediest(const plan_t *plan)
 /* A unit that refines the estimates of b_k, when as much work is due for it. */
 static bool refine_record(plan_t *plan, work_record_t *record)
 {
-    const double due = budget_handed(plan) / (REFINE_PARTS * SAMPLE_MUTATIONS);
+    const double due = budget_handed(plan) / (REFINE_PARTS * budget_sample(plan));
     if (due < (double)(plan->refine_handed + PILOT_UNIT))
         return false;
     *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
@@ -250,7 +263,7 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
     if (length->share == 0 || length->handed >= length->budget)
         return false;
     const uint64_t count = at_most(length->unit_mutations, length->budget - length->handed);
-    if (k == 0) {
+    if (!plan_is_chains(plan)) {
         *record =
             (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
     } else {

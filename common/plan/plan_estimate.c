@@ -4,7 +4,7 @@
  * the seeds) independent, their variance in proportion to their size n (1 but for the last one), so the variance of
  * S_k is that between units: n_k / (U_k - 1) (Q_k - S_k^2 / n_k), Q_k the sum of x^2 / n over U_k units, n_k the
  * sum of n. Lengths share one sum of squares, so n_k / (U_k - 1) is a mean over them. The error of b_k itself adds
- * (sigma_{b_k} / b_k)^2 I_k^2. Samples: the same with one film.
+ * (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same with one film.
  */
 #include <stdlib.h>
 
@@ -44,7 +44,16 @@ static double estimate_join(const plan_t *plan, uint32_t k, uint32_t entry, doub
 
 double plan_length_b(const plan_t *plan, uint32_t k, double *error)
 {
-    return estimate_join(plan, k, 0, error);
+    if (k > 0)
+        return estimate_join(plan, k, 0, error);
+    double b = 0;
+    *error = 0;
+    for (k = 1; k <= plan->settings.max_path_length; k++) {
+        double e;
+        b += estimate_join(plan, k, 0, &e);
+        *error += e;
+    }
+    return b;
 }
 
 double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error)
@@ -55,8 +64,8 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
 {
     *pixels = (plan_pixels_t){.plan = plan};
-    const uint32_t first = plan_is_chains(plan) ? 1 : 0,
-                   last = plan_is_chains(plan) ? plan->settings.max_path_length : 0;
+    const uint32_t first = plan_first(plan), last = plan_last(plan);
+    const bool chains = plan_is_chains(plan);
     double counted = 0, units = 0, sizes = 0;
     for (uint32_t k = first; k <= last; k++)
         counted += plan_counted(plan, &plan->lengths[k]);
@@ -67,8 +76,8 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
             continue;
         const uint32_t i = pixels->count++;
         double b_error = 0;
-        const double b = k == 0 ? 1 / plan->scale : plan_length_b(plan, k, &b_error);
-        const double c_k = k == 0 ? 1 : length->b / length->share / plan->weight_max;
+        const double b = !chains ? 1 / plan->scale : plan_length_b(plan, k, &b_error);
+        const double c_k = !chains ? 1 : length->b / length->share / plan->weight_max;
         pixels->sums[i] = length->film.sums;
         pixels->factor[i] = b / (plan_counted(plan, length) * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];

@@ -15,7 +15,7 @@ static double plan_samples_at(const plan_t *plan, size_t pixel)
     if (!plan_is_chains(plan))
         return (double)plan->lengths[0].merged / (double)plan->pixels;
     double samples = 0;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         const film_t *film = &plan->lengths[k].film;
         if (!film->sums)
             continue;

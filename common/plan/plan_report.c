@@ -63,10 +63,21 @@ static json_t *report_bias(const plan_t *plan, const plan_length_t *length)
     return bias;
 }
 
+/* What the chains of one length, or of all, did. */
+static void report_chains(const plan_t *plan, const plan_length_t *length, json_t *object)
+{
+    json_add_number(object, "mutations", (double)length->merged);
+    json_add_number(object, "chains", (double)length->chains);
+    json_add_number(object, "cpu_seconds", length->cpu_seconds);
+    json_add(object, "moves", report_moves(length));
+    json_add_number(object, "zero_contribution", (double)length->zero_proposals);
+    json_add_number(object, "longest_stay", (double)length->longest_stay);
+    if (plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
+        json_add(object, "bias", report_bias(plan, length));
+}
+
 static json_t *report_length(const plan_t *plan, uint32_t k)
 {
-    const plan_length_t *length = &plan->lengths[k];
-    const bool chains = plan_is_chains(plan);
     json_t *object = json_new_object();
     json_add_number(object, "length", k);
     double error;
@@ -80,17 +91,10 @@ static json_t *report_length(const plan_t *plan, uint32_t k)
         json_append(techniques, technique);
     }
     json_add(object, "techniques", techniques);
-    if (!chains)
+    if (plan_is_whole(plan))
         return object;
-    json_add_number(object, "share", length->share);
-    json_add_number(object, "mutations", (double)length->merged);
-    json_add_number(object, "chains", (double)length->chains);
-    json_add_number(object, "cpu_seconds", length->cpu_seconds);
-    json_add(object, "moves", report_moves(length));
-    json_add_number(object, "zero_contribution", (double)length->zero_proposals);
-    json_add_number(object, "longest_stay", (double)length->longest_stay);
-    if (plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
-        json_add(object, "bias", report_bias(plan, length));
+    json_add_number(object, "share", plan->lengths[k].share);
+    report_chains(plan, &plan->lengths[k], object);
     return object;
 }
 
@@ -163,6 +167,11 @@ json_t *plan_report(const plan_t *plan)
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         json_append(lengths, report_length(plan, k));
     json_add(root, "lengths", lengths);
+    if (plan_is_whole(plan) && plan_is_chains(plan)) {
+        json_t *chains = json_new_object();
+        report_chains(plan, &plan->lengths[0], chains);
+        json_add(root, "chains", chains);
+    }
     json_t *pilot = json_new_object();
     json_add_number(pilot, "candidates", (double)plan->candidates);
     json_add_number(pilot, "refining_samples", (double)plan->refine_handed);

@@ -144,12 +144,26 @@ static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
 {
     const plan_length_t *length = &plan->lengths[k];
     double b = length->b;
-    if (plan->phase != PLAN_RENDER || k == 0)
+    if (plan->phase != PLAN_RENDER)
         b = 0;
-    else if (plan_is_chains(plan))
+    else if (plan_has_seeds(plan, k))
         b = length->weights[plan->candidates - 1] / (double)plan->candidates;
+    else if (k == 0)
+        b = 0;
     if (length->b != b)
         return wire_reader_fail(in, FAULT_RANGE, "b", "%g of length %u, expected %g", length->b, k, b);
+    return FAULT_NONE;
+}
+
+/* Of chains of all lengths, the sums of the same weights by lengths and by candidates. */
+static fault_code_t check_b_whole(const plan_t *plan, wire_reader_t *in)
+{
+    const double b = plan->lengths[0].b;
+    double sum = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        sum += plan->lengths[k].b;
+    if (b != 0 && !(fabs(sum - b) <= 1e-9 * b))
+        return wire_reader_fail(in, FAULT_RANGE, "b", "%g of all lengths, but theirs add up to %g", b, sum);
     return FAULT_NONE;
 }
 
@@ -327,7 +341,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         get_length(in, length, k);
         if (in->code)
             return in->code;
-        if (render && !plan_is_chains(plan)) {
+        if (render && !plan_has_seeds(plan, k)) {
             free(length->weights);
             length->weights = NULL;
         }
@@ -352,6 +366,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
             TRY(film_decode(&length->film, film, size, fault));
         }
     }
+    TRY(check_b_whole(plan, in));
     TRY(load_packed(in, "squares", plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares));
     TRY(load_packed(in, "features", plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features));
     for (size_t i = 0; i < WORK_FEATURE_CHANNELS * plan->pixels; i++)

@@ -20,10 +20,10 @@ typedef struct plan_moments {
     exact_sum_t sum, sum2;
 } plan_moments_t;
 
-/* One path length. */
+/* One path length; [0]: samples or chains of all of them at once. */
 typedef struct plan_length {
     /* pilot */
-    double *weights; /* of the candidates; after the pilot their running sum */
+    double *weights; /* of the candidates; after the pilot their running sum, where chains start from them */
     double b;        /* the pilot's estimate */
     double need; /* mean over the image's blocks of I_k m / (I^2 + 0.01 m^2): how much the error is in its pixels */
     double share;                         /* of the mutations; 0: nothing to render */
@@ -61,7 +61,7 @@ struct plan {
     work_moments_t *pilot_moments; /* of each pilot unit, until all are in: sums need their unit, plan->b, first */
     double *pilot_blocks;          /* [pilot units][K][WORK_BLOCKS], as long */
     uint64_t refine_handed;        /* samples */
-    plan_length_t *lengths;        /* [max_path_length + 1]; samples use film and counts of [0] */
+    plan_length_t *lengths;        /* [max_path_length + 1]; see plan_first */
     double b;                      /* sum of the pilot's b_k: the unit of the estimators' sums */
     double scale;                  /* samples: film value of a contribution of 1; a power of two */
     uint64_t sample_unit;          /* samples a unit */
@@ -86,6 +86,28 @@ struct plan {
 static inline bool plan_is_chains(const plan_t *plan)
 {
     return settings_is_chains(plan->settings.algorithm);
+}
+
+/* Whether a unit is of all lengths at once: samples, and chains that join all. */
+static inline bool plan_is_whole(const plan_t *plan)
+{
+    return !plan_is_chains(plan) || settings_joins_all(plan->settings.algorithm);
+}
+
+/* Those of lengths[] that have units, film and counts of them: each length has its own, or [0] all. */
+static inline uint32_t plan_first(const plan_t *plan)
+{
+    return plan_is_whole(plan) ? 0 : 1;
+}
+static inline uint32_t plan_last(const plan_t *plan)
+{
+    return plan_is_whole(plan) ? 0 : plan->settings.max_path_length;
+}
+
+/* Whether chains of lengths[k] start from candidates. */
+static inline bool plan_has_seeds(const plan_t *plan, uint32_t k)
+{
+    return plan_is_chains(plan) && (k == 0) == plan_is_whole(plan);
 }
 
 /* Mutations that count: with failures = published those alone that carried light. */
@@ -119,7 +141,8 @@ void plan_prepare_seeds(const plan_t *plan, plan_length_t *length);
 uint64_t plan_seed(const plan_t *plan, uint32_t k, uint64_t chain);
 
 /* plan_estimate.c */
-/* Estimates from all samples and large steps so far, with their standard errors: of b_k, of b_{k,s}. */
+/* Estimates from all samples and large steps so far, with their standard errors: of b_k (of b for k = 0: that error
+ * is the sum of the b_k's, which is the most it can be), of b_{k,s}. */
 double plan_length_b(const plan_t *plan, uint32_t k, double *error);
 double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error);
 /* Pixel values and variances: what plan_pixel needs, computed once an image. */

@@ -24,6 +24,7 @@ static const variant_t variants[] = {
     {SETTINGS_MMLT, SETTINGS_FAILURES_DELAYED, 0.4, 0.1}, {SETTINGS_RJMLT, SETTINGS_FAILURES_DELAYED, 0.2, 0},
     {SETTINGS_CMLT, SETTINGS_FAILURES_PLAIN, 0.5, 0.1},   {SETTINGS_CMLT_REX, SETTINGS_FAILURES_PLAIN, 0.3, 0},
     {SETTINGS_CMLT_IPSM, SETTINGS_FAILURES_PLAIN, 0, 0},  {SETTINGS_PSSMLT_MIX, SETTINGS_FAILURES_DELAYED, 0.2, 0},
+    {SETTINGS_PSSMLT, SETTINGS_FAILURES_PLAIN, 0, 0},
 };
 enum { VARIANTS = sizeof variants / sizeof *variants };
 
@@ -112,8 +113,10 @@ static void weights_add_up_to_the_mutations(void **state)
         uint64_t counted = record.mutations, proposed = 0;
         if (variants[i].failures == SETTINGS_FAILURES_PUBLISHED)
             counted -= result.stats.zero_proposals;
-        /* each of at most two splats a mutation rounds three channels to 2^-28 */
-        const double off = 2 * 0x1p-28 * (double)record.mutations;
+        /* each of at most two splats a mutation (or states, seen in one place more than there are lengths) rounds
+         * three channels to 2^-28 */
+        const double splats = settings_joins_all(f.settings.algorithm) ? 2 * (1 + WORK_FIXTURE_LENGTH) : 2,
+                     off = splats * 0x1p-28 * (double)record.mutations;
         if (!(fabs(sum - (double)counted) <= off))
             fail_msg("%s: the film holds %.9g, expected %llu", settings_algorithm_name(variants[i].algorithm), sum,
                      (unsigned long long)counted);
@@ -186,6 +189,81 @@ static void refuse_shares(work_fixture_t *f, const double *values, const char *e
     free(data);
 }
 
+static void refuse_record(work_fixture_t *f, const work_record_t *record, const char *expected)
+{
+    const atomic_bool go = false;
+    work_result_t result;
+    fault_t fault = {0};
+    assert_int_equal(work_run(f->space, record, &go, &result, &fault), FAULT_RANGE);
+    if (!strstr(fault.text, expected))
+        fail_msg("\"%s\" does not tell of \"%s\"", fault.text, expected);
+}
+
+/* Chains of all lengths have no length, all others have one; a seed must carry light. */
+static void lengths_go_with_the_algorithm(void **state)
+{
+    (void)state;
+    const double one = 1;
+    work_fixture_t f;
+    make(&f, &(variant_t){SETTINGS_PSSMLT, SETTINGS_FAILURES_PLAIN, 0, 0});
+    work_record_t record = record_of(&f);
+    record.length = 3;
+    refuse_record(&f, &record, "expected 0");
+    record.length = 0;
+    record.shares = (double *)(uintptr_t)&one;
+    refuse_record(&f, &record, "shares");
+    fault_t fault = {0};
+    uint8_t *data;
+    size_t size;
+    work_record_t back;
+    assert_int_equal(work_record_encode(&record, &data, &size, &fault), FAULT_NONE);
+    assert_int_equal(work_record_decode(&back, data, size, &fault), FAULT_FORMAT);
+    assert_non_null(strstr(fault.text, "shares"));
+    free(data);
+    work_fixture_clear(&f);
+    make(&f, &variants[0]);
+    record = record_of(&f);
+    record.length = 0;
+    refuse_record(&f, &record, "expected 1 to 5");
+    work_fixture_clear(&f);
+}
+
+/* A chain of all lengths with nothing but large steps is a row of independent samples: the estimators of a pilot.
+ * Two means of b_k by other random numbers, within 6 standard errors: a false alarm in 1e-8 for the five. */
+static void large_steps_of_all_lengths_are_samples(void **state)
+{
+    (void)state;
+    const atomic_bool go = false;
+    work_fixture_t f;
+    work_result_t result;
+    fault_t fault = {0};
+    work_fixture_make(&f, SMALL_LIGHT_AREA, SETTINGS_PSSMLT);
+    renderer_destroy(&f.renderer);
+    work_space_destroy(&f.space);
+    f.settings.large_step = 1;
+    assert_int_equal(renderer_new(&f.renderer, &f.small.scene, &f.settings, &fault), FAULT_NONE);
+    assert_int_equal(work_space_new(&f.space, f.renderer, &fault), FAULT_NONE);
+    work_record_t record = record_of(&f);
+    record.mutations = 20000;
+    const work_record_t pilot = {.kind = WORK_REFINE, .count = 20000};
+    work_moments_t steps[64], samples[64];
+    const uint32_t count = work_samples_moment(WORK_FIXTURE_LENGTH + 1);
+    assert_int_equal(work_run(f.space, &record, &go, &result, &fault), FAULT_NONE);
+    assert_int_equal(result.moment_count, count);
+    memcpy(steps, result.moments, sizeof *steps * count);
+    assert_int_equal(work_run(f.space, &pilot, &go, &result, &fault), FAULT_NONE);
+    memcpy(samples, result.moments, sizeof *samples * count);
+    for (uint32_t k = 1; k <= WORK_FIXTURE_LENGTH; k++) {
+        const work_moments_t *a = &steps[work_samples_moment(k)], *b = &samples[work_samples_moment(k)];
+        const double x = a->sum / a->n, y = b->sum / b->n,
+                     error = sqrt((a->sum2 / a->n - x * x) / a->n + (b->sum2 / b->n - y * y) / b->n);
+        assert_true(a->n == 20000 && x > 0 && error < 0.3 * x);
+        if (!(fabs(x - y) <= 6 * error))
+            fail_msg("length %u: %g by large steps, %g by samples, error %g", k, x, y, error);
+    }
+    work_fixture_clear(&f);
+}
+
 /* A record of chains for an algorithm that has none is refused before anything is done. */
 static void chains_of_independent_samples_are_refused(void **state)
 {
@@ -228,6 +306,8 @@ int main(void)
         cmocka_unit_test(results_are_functions_of_their_record),
         cmocka_unit_test(weights_add_up_to_the_mutations),
         cmocka_unit_test(failures_left_out_are_all_that_is_missing),
+        cmocka_unit_test(lengths_go_with_the_algorithm),
+        cmocka_unit_test(large_steps_of_all_lengths_are_samples),
         cmocka_unit_test(chains_of_independent_samples_are_refused),
         cmocka_unit_test(shares_are_checked),
     };

@@ -23,8 +23,8 @@ void work_fixture_clear(work_fixture_t *fixture);
 /* The weight for a length of a pilot's candidate. */
 double work_fixture_weight(const work_result_t *pilot, uint32_t candidate, uint32_t length);
 
-/* A record of this kind that fits: samples of every kind, chains of length 3, some feature rows. Seeds are
- * borrowed from the fixture: not to be cleared. */
+/* A record of this kind that fits: samples of every kind, chains of length 3 or of all, some feature rows. Seeds
+ * are borrowed from the fixture: not to be cleared. */
 work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind);
 
 /* Runs and encodes, with no time in it; the caller frees. */

@@ -61,7 +61,7 @@ static void run(tally_t *tally, uint64_t index, work_space_t *space, const work_
     check_result(tally, index, result);
 }
 
-/* A pilot, then chains of each length from every lit candidate. Returns the sum of b_k. */
+/* A pilot, then chains of each length, or of all at once, from every lit candidate. Returns the sum of b_k. */
 static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, settings_algorithm_t algorithm)
 {
     work_result_t result;
@@ -69,14 +69,20 @@ static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, se
     double b = 0;
     run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .count = CANDIDATES}, &result);
     assert_int_equal(result.weight_count, (CANDIDATES + WORK_BLOCKS) * LENGTHS);
-    for (uint32_t i = 0; i < CANDIDATES; i++)
+    const bool all = settings_joins_all(algorithm);
+    for (uint32_t i = 0; i < CANDIDATES; i++) {
+        double sum = 0;
         for (uint32_t k = 1; k <= LENGTHS; k++) {
             const double weight = result.weights[i * LENGTHS + k - 1];
-            b += weight / CANDIDATES;
-            if (weight > 0)
+            sum += weight;
+            if (weight > 0 && !all)
                 seeds[k][counts[k]++] = i;
         }
-    for (uint32_t k = 1; k <= LENGTHS; k++) {
+        b += sum / CANDIDATES;
+        if (sum > 0 && all)
+            seeds[0][counts[0]++] = i;
+    }
+    for (uint32_t k = all ? 0 : 1; k <= (all ? 0 : LENGTHS); k++) {
         tally->lit += counts[k];
         double shares[LENGTHS + 1];
         for (uint32_t s = 0; s <= k; s++)
@@ -108,9 +114,10 @@ static void run_scene(tally_t *tally, uint64_t index)
     settings_t settings;
     settings_default(&settings);
     settings.algorithm = SETTINGS_MMLT + index % (SETTINGS_ALGORITHMS - SETTINGS_MMLT);
-    settings.partial_step = index & 4 ? 0.4 : 0;
-    settings.failures =
-        index & 8 && settings.algorithm != SETTINGS_CMLT_IPSM ? SETTINGS_FAILURES_DELAYED : SETTINGS_FAILURES_PLAIN;
+    const bool all = settings_joins_all(settings.algorithm);
+    settings.partial_step = index & 4 && !all ? 0.4 : 0;
+    settings.failures = index & 8 && settings.algorithm != SETTINGS_CMLT_IPSM && !all ? SETTINGS_FAILURES_DELAYED
+                                                                                      : SETTINGS_FAILURES_PLAIN;
     settings.auxiliary_step = index & 16 && settings.algorithm <= SETTINGS_CMLT ? 0.1 : 0;
     settings.max_path_length = LENGTHS;
     settings.target = index & 1 ? SETTINGS_TARGET_MAXIMUM : SETTINGS_TARGET_LUMINANCE;

@@ -155,9 +155,18 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','film':{'filter_radius':2}}", FAULT_FORMAT, "film.filter_radius",
            "film.filter, which is missing");
     refuse("{'scene':'x','algorithm':'MMLT'}", FAULT_UNKNOWN, "algorithm: \"MMLT\"",
-           "\"pt\", \"bdpt\", \"mmlt\", \"rjmlt\", \"cmlt\", \"cmlt-rex\", \"cmlt-ipsm\" or \"pssmlt-mix\"");
+           "\"pt\", \"bdpt\", \"mmlt\", \"rjmlt\", \"cmlt\", \"cmlt-rex\", \"cmlt-ipsm\", \"pssmlt-mix\" or "
+           "\"pssmlt\"");
     refuse("{'scene':'x','algorithm':'pssmlt-mix','chains':{'failures':'published'}}", FAULT_UNSUPPORTED,
            "chains.failures", "mmlt, rjmlt and cmlt");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'failures':'published'}}", FAULT_UNSUPPORTED,
+           "chains.failures", "pssmlt");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'failures':'delayed'}}", FAULT_UNSUPPORTED,
+           "chains.failures", "pssmlt");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'partial_step':0.1}}", FAULT_UNSUPPORTED,
+           "chains.partial_step", "pssmlt");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'auxiliary_step':0.1}}", FAULT_UNSUPPORTED,
+           "chains.auxiliary_step", "pssmlt");
     refuse("{'scene':'x','algorithm':'cmlt-ipsm','chains':{'failures':'delayed'}}", FAULT_UNSUPPORTED,
            "chains.failures", "cmlt-ipsm");
     refuse("{'scene':'x','algorithm':'cmlt-rex','chains':{'auxiliary_step':0.1}}", FAULT_UNSUPPORTED,
@@ -282,7 +291,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->large_step = number(0, 1);
         s->technique_step = number(0, 1);
         s->jump_step = number(0, 1 - s->large_step);
-        s->partial_step = number(0, 1);
+        s->partial_step = s->algorithm == SETTINGS_PSSMLT ? 0 : number(0, 1);
         s->failures = s->algorithm == SETTINGS_MMLT ? SETTINGS_FAILURES_PUBLISHED : SETTINGS_FAILURES_PLAIN;
         s->auxiliary_step = s->algorithm == SETTINGS_CMLT ? 1 - s->large_step - s->jump_step : 0;
         s->step_max = number(1e-9, 0.5);

@@ -13,8 +13,8 @@
 #include "plan/plan_fixture.h"
 #include "plan/plan_state.h"
 
-static const char *const algorithms[] = {"mmlt", "bdpt", "pt"};
-enum { ALGORITHMS = 3 };
+enum { MMLT, BDPT, PSSMLT, PT, ALGORITHMS };
+static const char *const algorithms[ALGORITHMS] = {"mmlt", "bdpt", "pssmlt", "pt"};
 
 static uint64_t counter;
 
@@ -35,22 +35,28 @@ static job_t job_of(const char *algorithm, const char *stop, const char *more)
 
 /* ---- order, repetition, restarts ---- */
 
+static json_t *report_copy(const json_t *length)
+{
+    static const char *const names[] = {"length", "b",     "techniques",        "share",       "mutations",
+                                        "chains", "moves", "zero_contribution", "longest_stay"};
+    json_t *object = json_new_object();
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (json_get(length, names[i]))
+            json_add(object, names[i], json_copy(json_get(length, names[i])));
+    return object;
+}
+
 /* What of a report does not depend on how long things took. */
 static char *report_text(const plan_t *plan)
 {
     json_t *report = plan_report(plan), *kept = json_new_object();
     const json_t *lengths = json_get(report, "lengths");
     json_t *list = json_new_array();
-    for (const json_t *length = json_first(lengths); length; length = json_next(length)) {
-        static const char *const names[] = {"length", "b",     "techniques",        "share",       "mutations",
-                                            "chains", "moves", "zero_contribution", "longest_stay"};
-        json_t *object = json_new_object();
-        for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-            if (json_get(length, names[i]))
-                json_add(object, names[i], json_copy(json_get(length, names[i])));
-        json_append(list, object);
-    }
+    for (const json_t *length = json_first(lengths); length; length = json_next(length))
+        json_append(list, report_copy(length));
     json_add(kept, "lengths", list);
+    if (json_get(report, "chains"))
+        json_add(kept, "chains", report_copy(json_get(report, "chains")));
     json_add(kept, "error", json_copy(json_get(report, "error")));
     json_add(kept, "rejected", json_copy(json_get(report, "rejected")));
     json_add(kept, "job", json_copy(json_get(report, "job")));
@@ -255,7 +261,7 @@ static void malformed_results_change_nothing(void **state)
     (void)state;
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
-    for (int a = 0; a < 2; a++) {
+    for (int a = 0; a < PT; a++) {
         const job_t job = job_of(algorithms[a], "'mutations_per_pixel':5", "");
         plan_worker_t worker;
         plan_worker_make(&worker, &job, &small.scene);
@@ -326,7 +332,8 @@ static void as_many_mutations_are_made_as_asked(void **state)
     static const char *const asked[] = {"20", "0.7", "3.3", "7.77", "0.001", "33"};
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_CONSTANT);
-    for (int a = 0; a < ALGORITHMS; a++)
+    for (int a = 0; a < ALGORITHMS; a++) {
+        const bool chains = a == MMLT || a == PSSMLT;
         for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
             char stop[64];
             snprintf(stop, sizeof stop, "'mutations_per_pixel':%s", asked[i]);
@@ -342,7 +349,7 @@ static void as_many_mutations_are_made_as_asked(void **state)
             assert_true(progress.fraction == 1);
             assert_true(progress.phase == PLAN_DONE);
             double merged = 0;
-            for (uint32_t k = 1; k <= 5 && a == 0; k++) {
+            for (uint32_t k = 0; k <= 5 && chains; k++) {
                 const plan_length_t *length = &plan->lengths[k];
                 merged += (double)length->merged;
                 if (length->merged > 0) { /* each splat is rounded to 2^-28 a channel */
@@ -352,20 +359,21 @@ static void as_many_mutations_are_made_as_asked(void **state)
                     assert_true(fabs((double)length->merged - length->share * total) <= 5);
                 }
             }
-            assert_true(a > 0 || merged == total);
+            assert_true(!chains || merged == total);
+            assert_true((plan->lengths[0].merged > 0) == (a != MMLT));
             plan_destroy(&plan);
             plan_worker_clear(&worker);
         }
+    }
     small_scene_clear(&small);
 }
 
 /* Ids of units are consecutive; records of one kind and length do not overlap and leave nothing out. */
-static void units_cover_everything_once(void **state)
+static void check_cover(const char *algorithm, const char *stop, uint32_t first, uint32_t last)
 {
-    (void)state;
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
-    const job_t job = job_of("mmlt", "'mutations_per_pixel':2900", ""); /* enough for refinement */
+    const job_t job = job_of(algorithm, stop, "");
     plan_worker_t worker;
     plan_worker_make(&worker, &job, &small.scene);
     plan_t *plan = plan_fixture_new(&job, &small.scene);
@@ -391,13 +399,24 @@ static void units_cover_everything_once(void **state)
     assert_true(plan->candidates >= 20000);
     assert_int_equal(next[WORK_REFINE][0], plan->refine_handed);
     assert_true(plan->refine_handed > 0);
-    for (uint32_t k = 1; k <= 5; k++) {
+    for (uint32_t k = 0; k <= 5; k++) {
         assert_int_equal(next[WORK_CHAINS][k], plan->lengths[k].chains);
-        assert_true(plan->lengths[k].units_in >= 16 && plan->lengths[k].units_in <= 32);
+        if (k >= first && k <= last)
+            assert_true(plan->lengths[k].units_in >= 16 && plan->lengths[k].units_in <= 32);
+        else
+            assert_int_equal(plan->lengths[k].units_in, 0);
     }
     plan_destroy(&plan);
     plan_worker_clear(&worker);
     small_scene_clear(&small);
+}
+
+/* As much work as makes a unit of refinement. */
+static void units_cover_everything_once(void **state)
+{
+    (void)state;
+    check_cover("mmlt", "'mutations_per_pixel':2900", 1, 5);
+    check_cover("pssmlt", "'mutations_per_pixel':330", 0, 0);
 }
 
 /* ---- stop rules ---- */
@@ -458,19 +477,20 @@ static void the_first_rule_met_stops(void **state)
     (void)state;
     small_scene_t small;
     small_scene_diffuse(&small);
-    const job_t job = job_of("mmlt", "'mutations_per_pixel':40,'seconds':10", "");
-    plan_worker_t worker;
-    plan_worker_make(&worker, &job, &small.scene);
-    for (int slow = 0; slow < 2; slow++) {
+    for (int i = 0; i < 4; i++) {
+        const bool slow = i % 2;
+        const job_t job = job_of(i < 2 ? "mmlt" : "pssmlt", "'mutations_per_pixel':40,'seconds':10", "");
+        plan_worker_t worker;
+        plan_worker_make(&worker, &job, &small.scene);
         plan_t *plan = plan_fixture_new(&job, &small.scene);
-        plan_fixture_run(plan, &worker, slow ? 0.2 : 0.01);
+        plan_fixture_run(plan, &worker, slow ? 0.8 : 0.01);
         plan_progress_t progress;
         plan_progress(plan, &progress);
         assert_string_equal(progress.stopped_by, slow ? "seconds" : "mutations_per_pixel");
         assert_true((progress.mutations == 40 * 24 * 24) == !slow);
         plan_destroy(&plan);
+        plan_worker_clear(&worker);
     }
-    plan_worker_clear(&worker);
     small_scene_clear(&small);
 }
 
@@ -587,7 +607,12 @@ static void a_furnace_is_as_bright_as_it_must_be(void **state)
             mean += value[1] / (double)plan->pixels;
             variance += part[1] / (double)plan->pixels / (double)plan->pixels;
         }
-        if (a == 0) {
+        if (a == PSSMLT) { /* of lengths that were sampled together: the sum of their errors */
+            double error;
+            plan_length_b(plan, 0, &error);
+            variance = error * error / (double)plan->pixels / (double)plan->pixels;
+        }
+        if (a == MMLT) {
             variance = 0;
             for (uint32_t k = 1; k <= 5; k++) {
                 double error;

@@ -64,8 +64,8 @@ static void assert_documented(const json_t *value)
 static void every_field_is_documented(void **state)
 {
     (void)state;
-    static const char *const algorithms[] = {"mmlt", "bdpt", "pt"};
-    for (int a = 0; a < 3; a++) {
+    static const char *const algorithms[] = {"mmlt", "bdpt", "pt", "pssmlt"};
+    for (int a = 0; a < 4; a++) {
         json_t *report = report_of(algorithms[a], false);
         assert_documented(report);
         assert_string_equal(json_string(json_get(report, "algorithm")), algorithms[a]);
@@ -119,22 +119,53 @@ static void numbers_agree_with_each_other(void **state)
     json_destroy(&report);
 }
 
-/* Two algorithms, one b_k: within 6 standard errors, a false alarm in 1e-8 for the ten of them. */
-static void algorithms_agree_about_b(void **state)
+/* Chains of all lengths are told of once. */
+static void chains_of_all_lengths_have_their_own_place(void **state)
 {
     (void)state;
-    json_t *chains = report_of("mmlt", true), *samples = report_of("bdpt", true);
+    json_t *report = report_of("pssmlt", true);
+    const json_t *chains = json_get(report, "chains"), *lengths = json_get(report, "lengths");
+    double proposed = 0, b = 0;
+    for (const json_t *move = json_first(json_get(chains, "moves")); move; move = json_next(move)) {
+        proposed += number(move, "proposed");
+        assert_true(number(move, "acceptance") > 0 && number(move, "acceptance") <= 1);
+    }
+    assert_true(proposed == 40 * 24 * 24 && number(chains, "mutations") == proposed);
+    assert_true(number(chains, "zero_contribution") < proposed && number(chains, "chains") >= 16);
+    assert_int_equal(json_size(lengths), 5);
+    for (const json_t *length = json_first(lengths); length; length = json_next(length)) {
+        assert_true(!json_get(length, "moves") && !json_get(length, "share") && !json_get(length, "chains"));
+        b += number(json_get(length, "b"), "value");
+    }
+    assert_true(b > 0);
+    json_destroy(&report);
+    report = report_of("mmlt", true);
+    assert_null(json_get(report, "chains"));
+    json_destroy(&report);
+}
+
+/* Several algorithms, one b_k: within 6 standard errors, a false alarm in 2e-8 for the ten of them. */
+static void check_b(const char *one, const char *other)
+{
+    json_t *chains = report_of(one, true), *samples = report_of(other, true);
     const json_t *a = json_first(json_get(chains, "lengths")), *c = json_first(json_get(samples, "lengths"));
     for (; a && c; a = json_next(a), c = json_next(c)) {
         const json_t *x = json_get(a, "b"), *y = json_get(c, "b");
         const double off = number(x, "value") - number(y, "value"),
                      error = hypot(number(x, "standard_error"), number(y, "standard_error"));
         if (!(fabs(off) <= 6 * error))
-            fail_msg("length %g: b is %g and %g, %g standard errors apart", number(a, "length"), number(x, "value"),
-                     number(y, "value"), off / error);
+            fail_msg("%s and %s, length %g: b is %g and %g, %g standard errors apart", one, other,
+                     number(a, "length"), number(x, "value"), number(y, "value"), off / error);
     }
     json_destroy(&chains);
     json_destroy(&samples);
+}
+
+static void algorithms_agree_about_b(void **state)
+{
+    (void)state;
+    check_b("mmlt", "bdpt");
+    check_b("pssmlt", "bdpt");
 }
 
 int main(void)
@@ -142,6 +173,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_field_is_documented),
         cmocka_unit_test(numbers_agree_with_each_other),
+        cmocka_unit_test(chains_of_all_lengths_have_their_own_place),
         cmocka_unit_test(algorithms_agree_about_b),
     };
     return cmocka_run_group_tests(tests, read_document, NULL);

@@ -24,6 +24,7 @@ static const variant_t variants[] = {
     {"cmlt-rex", "cmlt-rex", CHAINS(",\"jump_step\":0.2")},
     {"cmlt-ipsm", "cmlt-ipsm", CHAINS("")},
     {"pssmlt-mix", "pssmlt-mix", CHAINS("")},
+    {"pssmlt", "pssmlt", CHAINS("")},
     {"partial steps", "rjmlt", CHAINS(",\"jump_step\":0.2,\"partial_step\":0.6")},
     {"delayed", "rjmlt", CHAINS(",\"jump_step\":0.1,\"partial_step\":0.3,\"failures\":\"delayed\"")},
     {"delayed, gaussian", "mmlt",
