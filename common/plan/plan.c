@@ -34,7 +34,9 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     plan->lengths = calloc(s->max_path_length + 1, sizeof *plan->lengths);
     plan->squares = calloc(plan->pixels, FILM_CHANNELS * sizeof *plan->squares);
     plan->features = calloc(plan->pixels, WORK_FEATURE_CHANNELS * sizeof *plan->features);
-    if (!plan->lengths || !plan->squares || !plan->features) {
+    if (plan_is_chains(plan)) /* and a row of blocks, which are no more than there are in all */
+        plan->strata = calloc(2 * plan_strata(plan), FILM_CHANNELS * sizeof *plan->strata);
+    if (!plan->lengths || !plan->squares || !plan->features || (plan_is_chains(plan) && !plan->strata)) {
         code = fault_set(fault, FAULT_MEMORY, "no memory for an image of %u x %u", s->width, s->height);
         goto cleanup;
     }
@@ -73,6 +75,7 @@ void plan_destroy(plan_t **out)
     free(plan->pilot_blocks);
     free(plan->lengths);
     free(plan->squares);
+    free(plan->strata);
     free(plan->features);
     free(plan);
     *out = NULL;
@@ -197,8 +200,10 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
 {
     plan_length_t *length = &plan->lengths[record->length];
     TRY(absorb_film(plan, length, result, fault));
-    absorb_squares(plan, &result->film, length->b / length->share / plan->weight_max,
-                   (double)record->mutations / (double)length->unit_mutations);
+    const double c = length->b / length->share / plan->weight_max,
+                 size = (double)record->mutations / (double)length->unit_mutations;
+    absorb_squares(plan, &result->film, c, size);
+    plan_absorb_strata(plan, &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
         absorb_all_moments(plan, result->moments);
     for (uint32_t i = 0; !plan_is_whole(plan) && i < result->moment_count; i++)

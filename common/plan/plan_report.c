@@ -159,6 +159,8 @@ json_t *plan_report(const plan_t *plan)
     json_add_number(time, "render_cpu_seconds", plan->totals.cpu_seconds - plan->pilot_cpu_seconds);
     json_add(root, "time", time);
     json_add(root, "error", report_error(plan));
+    if (plan_is_chains(plan))
+        json_add_number(root, "stratification", plan_estimate_strata(plan));
     double merged = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         merged += (double)plan->lengths[k].merged;

@@ -2,7 +2,8 @@
  * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length
- * its sums, candidates and film; squares; features. Large arrays are packed (u32 size, zstd).
+ * its sums, candidates and film; squares, of pixels and (chains) of blocks; features. Large arrays are packed (u32
+ * size, zstd).
  */
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 3 };
+enum { PLAN_SAVE_VERSION = 4 };
 
 /* ---- arrays ---- */
 
@@ -210,7 +211,7 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
 typedef struct save_parts {
     const plan_t *plan;
     save_packed_t *weights, *films; /* [max_path_length + 1] */
-    save_packed_t squares, features, pilot_moments, pilot_blocks;
+    save_packed_t squares, strata, features, pilot_moments, pilot_blocks;
 } save_parts_t;
 
 static void put_plan(wire_writer_t *out, const save_parts_t *parts)
@@ -229,6 +230,7 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
         wire_put_bytes(out, "film", parts->films[k].data, parts->films[k].size, UINT32_MAX);
     }
     wire_put_bytes(out, "squares", parts->squares.data, parts->squares.size, UINT32_MAX);
+    wire_put_bytes(out, "strata", parts->strata.data, parts->strata.size, UINT32_MAX);
     wire_put_bytes(out, "features", parts->features.data, parts->features.size, UINT32_MAX);
     wire_put_bytes(out, "pilot moments", parts->pilot_moments.data, parts->pilot_moments.size, UINT32_MAX);
     wire_put_bytes(out, "pilot blocks", parts->pilot_blocks.data, parts->pilot_blocks.size, UINT32_MAX);
@@ -239,6 +241,12 @@ static size_t pilot_blocks_size(const plan_t *plan)
 {
     return plan->candidates / plan->pilot_unit * plan->settings.max_path_length * WORK_BLOCKS *
            sizeof *plan->pilot_blocks;
+}
+
+/* Octets of the blocks' squares. */
+static size_t strata_size(const plan_t *plan)
+{
+    return FILM_CHANNELS * plan_strata(plan) * sizeof *plan->strata;
 }
 
 /* Octets of the pilot units' estimators. */
@@ -262,6 +270,8 @@ static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault
     if (plan->pilot_blocks)
         TRY(save_pack(plan->pilot_blocks, pilot_blocks_size(plan), &parts->pilot_blocks, fault));
     TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
+    if (plan->strata)
+        TRY(save_pack(plan->strata, strata_size(plan), &parts->strata, fault));
     return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features,
                      &parts->features, fault);
 }
@@ -297,6 +307,7 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
     free(parts.weights);
     free(parts.films);
     free(parts.squares.data);
+    free(parts.strata.data);
     free(parts.features.data);
     free(parts.pilot_moments.data);
     free(parts.pilot_blocks.data);
@@ -368,6 +379,10 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     }
     TRY(check_b_whole(plan, in));
     TRY(load_packed(in, "squares", plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares));
+    if (plan->strata)
+        TRY(load_packed(in, "strata", plan->strata, strata_size(plan)));
+    else
+        wire_get_bytes(in, "strata", 0, &(size_t){0});
     TRY(load_packed(in, "features", plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features));
     for (size_t i = 0; i < WORK_FEATURE_CHANNELS * plan->pixels; i++)
         if (!isfinite(plan->features[i]))

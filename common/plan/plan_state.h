@@ -68,6 +68,7 @@ struct plan {
     double weight_max;             /* largest b_k / share_k */
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
+    exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
     float *features;       /* [pixels][WORK_FEATURE_CHANNELS] */
     work_stats_t totals;   /* over all units (but for accepted, proposed: by length) */
     double pilot_cpu_seconds;
@@ -162,5 +163,13 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);
 void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3]);
 /* relMSE of the image as it stands; NaN while there are too few units. */
 double plan_estimate_relmse(const plan_t *plan);
+
+/* plan_strata.c: how much the errors of neighbouring pixels hang together. */
+/* Blocks of the image; three of plan->strata each. */
+size_t plan_strata(const plan_t *plan);
+/* Adds the squares of a unit's sums over blocks, as absorb_squares those of its pixels. */
+void plan_absorb_strata(plan_t *plan, const film_t *film, double c, double size);
+/* Variance of the blocks' sums over the sum of their pixels' variances; NaN while there are too few units. */
+double plan_estimate_strata(const plan_t *plan);
 
 #endif

@@ -57,6 +57,8 @@ static char *report_text(const plan_t *plan)
     json_add(kept, "lengths", list);
     if (json_get(report, "chains"))
         json_add(kept, "chains", report_copy(json_get(report, "chains")));
+    if (json_get(report, "stratification"))
+        json_add(kept, "stratification", json_copy(json_get(report, "stratification")));
     json_add(kept, "error", json_copy(json_get(report, "error")));
     json_add(kept, "rejected", json_copy(json_get(report, "rejected")));
     json_add(kept, "job", json_copy(json_get(report, "job")));
