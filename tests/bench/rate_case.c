@@ -74,6 +74,7 @@ static fault_code_t rate_keep(rate_case_t *rate, const work_record_t *record, fa
     work_record_t *kept = &rate->records[rate->record_count++];
     *kept = *record;
     kept->seeds = NULL;
+    kept->shares = NULL;
     if (record->kind != WORK_CHAINS)
         return FAULT_NONE;
     kept->seeds = malloc(kept->count * sizeof *kept->seeds);
@@ -81,6 +82,12 @@ static fault_code_t rate_keep(rate_case_t *rate, const work_record_t *record, fa
         return fault_set(fault, FAULT_MEMORY, "no memory for the seeds of %llu chains",
                          (unsigned long long)kept->count);
     memcpy(kept->seeds, record->seeds, kept->count * sizeof *kept->seeds);
+    if (!record->shares)
+        return FAULT_NONE;
+    kept->shares = malloc(sizeof *kept->shares * (record->length + 1));
+    if (!kept->shares)
+        return fault_set(fault, FAULT_MEMORY, "no memory for the shares of %u techniques", record->length + 1);
+    memcpy(kept->shares, record->shares, sizeof *kept->shares * (record->length + 1));
     return FAULT_NONE;
 }
 
@@ -241,7 +248,7 @@ fault_code_t rate_case_init(rate_case_t *rate, const peer_loaded_t *loaded, sett
 void rate_case_clear(rate_case_t *rate)
 {
     for (uint32_t i = 0; i < rate->record_count; i++)
-        free(rate->records[i].seeds);
+        work_record_clear(&rate->records[i]);
     rays_log_clear(&rate->log);
     work_space_destroy(&rate->space);
     renderer_destroy(&rate->renderer);
