@@ -8,6 +8,18 @@ void chain_splat(chain_t *chain, const target_value_t *value, double weight, uin
                draw);
 }
 
+/* Counts of an evaluation in the kept walks go to the space's, which are reported. */
+static void chain_move_counts(path_space_t *from, path_space_t *to)
+{
+    to->rays += from->rays;
+    to->shadow_rays += from->shadow_rays;
+    from->rays = from->shadow_rays = 0;
+    for (int i = 0; i < PATH_REJECTS; i++) {
+        to->rejects[i] += from->rejects[i];
+        from->rejects[i] = 0;
+    }
+}
+
 fault_code_t chain_start(chain_t *chain, uint64_t candidate, fault_t *fault)
 {
     const target_t *target = chain->target;
@@ -17,6 +29,7 @@ fault_code_t chain_start(chain_t *chain, uint64_t candidate, fault_t *fault)
         memcpy(chain->camera, space->camera, sizeof space->camera);
         memcpy(chain->light, space->light, sizeof space->light);
         target_eval(target, chain->kept, chain->s, chain->camera, chain->light, &chain->current);
+        chain_move_counts(chain->kept, &space->path);
     }
     if (!(chain->current.c > 0))
         return fault_set(fault, FAULT_RANGE,
