@@ -2,12 +2,13 @@
 
 #include <string.h>
 
-void bundle_init(bundle_t *bundle, work_space_t *space, work_stats_t *stats)
+void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_stats_t *stats)
 {
     const path_scene_t *scene = &space->renderer->scene;
     const uint32_t K = space->renderer->settings.max_path_length;
     bundle->space = space;
     bundle->stats = stats;
+    bundle->importance = importance;
     bundle->camera_count = path_camera_dimensions(scene, K + 1);
     bundle->light_count = path_light_dimensions(K);
     bundle->camera = space->rooms[0].camera;
@@ -21,6 +22,7 @@ static sampler_t bundle_sampler(bundle_t *bundle, double *totals)
     return (sampler_t){.space = bundle->space,
                        .renderer = bundle->space->renderer,
                        .totals = totals,
+                       .importance = bundle->importance,
                        .splats = bundle->proposed->splats};
 }
 
@@ -137,7 +139,7 @@ fault_code_t unit_bundle(work_space_t *space, const work_record_t *record, const
     const settings_t *settings = &space->renderer->settings;
     bundle_t bundle;
     TRY(unit_film(space, fault));
-    bundle_init(&bundle, space, &result->stats);
+    bundle_init(&bundle, space, unit_importance(space, record), &result->stats);
     for (uint64_t i = 0; i < record->count; i++) {
         const uint64_t begin = i * record->mutations / record->count,
                        end = (i + 1) * record->mutations / record->count;

@@ -37,6 +37,7 @@ typedef struct bundle_value {
 typedef struct bundle {
     work_space_t *space;
     work_stats_t *stats;
+    importance_t importance;
     uint64_t key;                       /* of this chain's random numbers */
     uint32_t camera_count, light_count; /* numbers of the walks */
     double *camera, *light;             /* the current state's */
@@ -46,7 +47,7 @@ typedef struct bundle {
 } bundle_t;
 
 /* Of a space that has a chain's room. */
-void bundle_init(bundle_t *bundle, work_space_t *space, work_stats_t *stats);
+void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_stats_t *stats);
 /* Starts from a pilot's candidate. FAULT_RANGE if it carries nothing. */
 fault_code_t bundle_start(bundle_t *bundle, uint64_t key, uint64_t candidate, fault_t *fault);
 void bundle_step(bundle_t *bundle, uint64_t step);

@@ -10,7 +10,6 @@
  *
  * Any but the last three may have an auxiliary chain beside each chain. Chains of all lengths at once: bundle.h.
  */
-#include <assert.h>
 
 #include "chain/auxiliary.h"
 #include "chain/exchange.h"
@@ -25,6 +24,7 @@ typedef struct ensemble {
     uint32_t count;
     chain_t auxiliary;
     bool has_auxiliary;
+    target_t target; /* with the record's importance */
 } ensemble_t;
 
 static void chain_step(chain_t *chain, ensemble_t *with, uint64_t step)
@@ -77,7 +77,8 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
                           work_stats_t *stats)
 {
     const renderer_t *renderer = space->renderer;
-    const target_t *target = &renderer->targets[record->length];
+    ensemble->target = renderer->targets[record->length];
+    ensemble->target.importance = unit_importance(space, record);
     ensemble->has_auxiliary = false;
     for (uint32_t i = 0; i < space->room_count; i++) {
         chain_t *chain = i < WORK_REPLICAS ? &ensemble->chains[i] : &ensemble->auxiliary;
@@ -85,7 +86,7 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
             chain = &ensemble->auxiliary;
         chain_room_t *room = &space->rooms[i];
         *chain = (chain_t){.space = space,
-                           .target = target,
+                           .target = &ensemble->target,
                            .stats = stats,
                            .shares = record->shares,
                            .camera = room->camera,

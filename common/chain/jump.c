@@ -27,12 +27,7 @@ bool jump_invert(chain_t *chain, uint64_t key, uint32_t s, target_value_t *value
         path_verify(target->scene, chain->kept, chain->s, t, &space->path, s, space->camera, space->light,
                     &target->techniques, &check) != PATH_INVERSE_AGREES)
         return false;
-    value->c = target_scalar(target->kind, check.value.value);
-    if (!(value->c > 0))
-        return false;
-    value->color = rgb_scale(check.value.value, 1 / value->c);
-    value->raster = check.value.raster;
-    return true;
+    return target_value_of(target, &check.value, value);
 }
 
 /* To technique s with acceptance probability a, if the inverse exists. The path stays where it is, so its weight is

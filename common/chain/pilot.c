@@ -21,7 +21,8 @@ bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, 
                          .renderer = space->renderer,
                          .totals = totals,
                          .by_technique = by_technique,
-                         .only = target->length};
+                         .only = target->length,
+                         .importance = target->importance};
     sampler_run(&sampler, key, -1);
     double left = place * totals[target->length];
     uint32_t chosen = PATH_MAX_VERTICES;
@@ -49,6 +50,7 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
                          .renderer = space->renderer,
                          .totals = totals,
                          .moments = space->moments,
+                         .importance = unit_importance(space, record),
                          .blocks = weights ? weights + record->count * K : NULL};
     if (weights)
         memset(sampler.blocks, 0, sizeof(double) * K * WORK_BLOCKS);

@@ -10,16 +10,16 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
 {
     const renderer_t *renderer = sampler->renderer;
     const uint32_t k = s + t - 1;
-    const double scalar = target_scalar(renderer->settings.target, value->value);
+    const vec2_t raster = t > 1 ? sampler->space->path.raster : value->raster;
+    const double light = target_scalar(renderer->settings.target, value->value),
+                 scalar = sampler->importance.blocks ? light * importance_at(&sampler->importance, raster) : light;
     sampler->totals[k] += scalar;
     if (sampler->only > 0)
         sampler->by_technique[s] = scalar;
     if (sampler->moments)
         unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], scalar);
     if (sampler->blocks)
-        sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings,
-                                                           t > 1 ? sampler->space->path.raster : value->raster,
-                                                           WORK_BLOCKS_SIDE)] += scalar;
+        sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings, raster, WORK_BLOCKS_SIDE)] += light;
     if (t == 1 && sampler->splats)
         sampler->splats[sampler->splat_count++] = (sampler_splat_t){value->raster, value->value};
     if (t > 1)

@@ -42,14 +42,8 @@ void target_join(const target_t *target, path_space_t *space, uint32_t s, target
 {
     path_value_t value;
     out->c = 0;
-    if (!path_connect(target->scene, space, s, target->length + 1 - s, NULL, &target->techniques, &value))
-        return;
-    const double c = target_scalar(target->kind, value.value);
-    if (!(c > 0))
-        return; /* underflow */
-    out->c = c;
-    out->color = rgb_scale(value.value, 1 / c);
-    out->raster = value.raster;
+    if (path_connect(target->scene, space, s, target->length + 1 - s, NULL, &target->techniques, &value))
+        target_value_of(target, &value, out);
 }
 
 void target_eval(const target_t *target, path_space_t *space, uint32_t s, const double *camera, const double *light,

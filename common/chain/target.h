@@ -5,6 +5,7 @@
 #ifndef CHAIN_TARGET_H
 #define CHAIN_TARGET_H
 
+#include "chain/importance.h"
 #include "chain/settings.h"
 #include "path/connect.h"
 
@@ -13,6 +14,7 @@ typedef struct target {
     const path_scene_t *scene;
     uint32_t length; /* k */
     settings_target_t kind;
+    importance_t importance;
     uint32_t count;                  /* n_k: techniques that take part */
     uint8_t list[PATH_MAX_VERTICES]; /* their s */
     path_techniques_t techniques;
@@ -20,8 +22,8 @@ typedef struct target {
 } target_t;
 
 typedef struct target_value {
-    double c;    /* C_s(u); 0 if the path carries nothing */
-    rgb_t color; /* value / C: what a splat of weight 1 adds */
+    double c;    /* C_s(u), times the importance; 0 if the path carries nothing */
+    rgb_t color; /* value / c: what a splat of weight 1 adds */
     vec2_t raster;
 } target_value_t;
 
@@ -47,6 +49,21 @@ void target_eval(const target_t *target, path_space_t *space, uint32_t s, const 
 static inline double target_scalar(settings_target_t kind, rgb_t value)
 {
     return kind == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value);
+}
+
+/* The target's value of a joined path; false if it carries nothing. */
+static inline bool target_value_of(const target_t *target, const path_value_t *path, target_value_t *out)
+{
+    double c = target_scalar(target->kind, path->value);
+    if (target->importance.blocks)
+        c *= importance_at(&target->importance, path->raster);
+    out->c = 0;
+    if (!(c > 0))
+        return false; /* underflow */
+    out->c = c;
+    out->color = rgb_scale(path->value, 1 / c);
+    out->raster = path->raster;
+    return true;
 }
 
 #endif

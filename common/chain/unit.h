@@ -68,6 +68,13 @@ static inline uint32_t unit_block(const settings_t *settings, vec2_t raster, uin
     return (j < last ? j : last) * side + (i < last ? i : last);
 }
 
+/* The record's importance. */
+static inline importance_t unit_importance(const work_space_t *space, const work_record_t *record)
+{
+    const settings_t *settings = &space->renderer->settings;
+    return (importance_t){record->importance, settings->width, settings->height};
+}
+
 /* The film of the space, zeroed. */
 fault_code_t unit_film(work_space_t *space, fault_t *fault);
 

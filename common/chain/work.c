@@ -175,6 +175,10 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
     if (record->kind == WORK_CHAINS && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
         return fault_set(fault, FAULT_RANGE, "shares of techniques: they do not go with the algorithm");
+    if (record->importance && !(settings->equalize > 0))
+        return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
+    if (record->kind == WORK_CHAINS && settings->equalize > 0 && !record->importance)
+        return fault_set(fault, FAULT_RANGE, "a unit of chains without importance, for a job with it");
     if (record->kind == WORK_FEATURES &&
         (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",

@@ -17,6 +17,7 @@
 #include <stdatomic.h>
 #include <stddef.h>
 
+#include "chain/importance.h"
 #include "chain/settings.h"
 #include "film/film.h"
 #include "scene/scene.h"
@@ -52,8 +53,8 @@ enum {
     WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
     WORK_FAILED_SIDE = 8,      /* blocks along the image's sides in which failures are counted */
     WORK_FAILED_BLOCKS = WORK_FAILED_SIDE * WORK_FAILED_SIDE,
-    WORK_BLOCKS_SIDE = 16, /* blocks in which the pilot adds up its light */
-    WORK_BLOCKS = WORK_BLOCKS_SIDE * WORK_BLOCKS_SIDE
+    WORK_BLOCKS_SIDE = IMPORTANCE_SIDE, /* blocks in which the pilot adds up its light */
+    WORK_BLOCKS = IMPORTANCE_BLOCKS
 };
 
 typedef struct work_record {
@@ -67,6 +68,7 @@ typedef struct work_record {
     uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
     double *shares; /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
                        sum to one; else null; owned by the record */
+    double *importance; /* pilot, refine, chains: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
 } work_record_t;
 
 void work_record_clear(work_record_t *record);

@@ -1,7 +1,7 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32 0 or
- * length + 1 and that many f64: shares.
+ * length + 1 and that many f64: shares; for pilot, refine and chains u32 0 or IMPORTANCE_BLOCKS and that many f64.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
  * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; then by kind: pilot packed doubles; chains and
  * samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little endian.
@@ -15,13 +15,19 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 2 };
+enum { WORK_CODEC_VERSION = 3 };
 
 void work_record_clear(work_record_t *record)
 {
     free(record->seeds);
     free(record->shares);
+    free(record->importance);
     *record = (work_record_t){0};
+}
+
+static bool record_has_importance(uint32_t kind)
+{
+    return kind == WORK_PILOT || kind == WORK_REFINE || kind == WORK_CHAINS;
 }
 
 static void record_put(wire_writer_t *out, const void *value)
@@ -36,12 +42,17 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_f64(out, record->scale);
     for (uint64_t i = 0; record->kind == WORK_CHAINS && i < record->count; i++)
         wire_put_u64(out, record->seeds[i]);
-    if (record->kind != WORK_CHAINS)
+    if (record->kind == WORK_CHAINS) {
+        const uint32_t shares = record->shares ? record->length + 1 : 0;
+        wire_put_u32(out, shares);
+        for (uint32_t s = 0; s < shares; s++)
+            wire_put_f64(out, record->shares[s]);
+    }
+    if (!record_has_importance(record->kind))
         return;
-    const uint32_t shares = record->shares ? record->length + 1 : 0;
-    wire_put_u32(out, shares);
-    for (uint32_t s = 0; s < shares; s++)
-        wire_put_f64(out, record->shares[s]);
+    wire_put_u32(out, record->importance ? IMPORTANCE_BLOCKS : 0);
+    for (int i = 0; record->importance && i < IMPORTANCE_BLOCKS; i++)
+        wire_put_f64(out, record->importance[i]);
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
@@ -117,6 +128,25 @@ static fault_code_t record_get_shares(wire_reader_t *in, work_record_t *record, 
     return in->code;
 }
 
+static fault_code_t record_get_importance(wire_reader_t *in, work_record_t *record, fault_t *fault)
+{
+    const uint32_t count = wire_get_u32(in, "importance");
+    if (in->code || count == 0)
+        return in->code;
+    if (count != IMPORTANCE_BLOCKS)
+        return wire_reader_fail(in, FAULT_FORMAT, "importance", "%u, expected 0 or %d", count, IMPORTANCE_BLOCKS);
+    record->importance = malloc(sizeof(double) * count);
+    if (!record->importance)
+        return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its importance");
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        record->importance[i] = wire_get_f64(in, "importance");
+        if (!in->code && !(record->importance[i] >= 1e-6 && record->importance[i] <= 1e6))
+            return wire_reader_fail(in, FAULT_RANGE, "importance", "%g, expected 1e-6 to 1e6",
+                                    record->importance[i]);
+    }
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -142,6 +172,8 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
         memcpy(record->seeds, seeds, 8 * record->count);
     }
     fault_code_t code = record->kind == WORK_CHAINS ? record_get_shares(&in, record, fault) : FAULT_NONE;
+    if (!code && record_has_importance(record->kind))
+        code = record_get_importance(&in, record, fault);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

@@ -90,6 +90,9 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
     if (s->auxiliary_step > 0 && s->algorithm != SETTINGS_MMLT && !settings_jumps(s->algorithm))
         return fault_set(fault, FAULT_UNSUPPORTED, "chains.auxiliary_step: is for mmlt, rjmlt and cmlt, not for %s",
                          name);
+    if (s->equalize > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
+        return fault_set(fault, FAULT_UNSUPPORTED,
+                         "chains.equalize: does not go with chains.failures \"published\"");
     if (s->auxiliary_step > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
         return fault_set(fault, FAULT_UNSUPPORTED,
                          "chains.auxiliary_step: does not go with chains.failures \"published\"");
@@ -110,9 +113,10 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
 
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
-    static const char *const names[] = {"large_step",     "technique_step", "jump_step",     "partial_step",
-                                        "auxiliary_step", "failures",       "kernel",        "step_min",
-                                        "step_max",       "length",         "pilot_samples", NULL};
+    static const char *const names[] = {
+        "equalize", "large_step", "technique_step", "jump_step", "partial_step", "auxiliary_step",
+        "failures", "kernel",     "step_min",       "step_max",  "length",       "pilot_samples",
+        NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
     if (!chains)
@@ -126,6 +130,7 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     int failures = settings->failures;
     TRY(json_read_double_or(chains, "chains", "partial_step", 0, 1, &settings->partial_step, fault));
     TRY(json_read_double_or(chains, "chains", "auxiliary_step", 0, 1, &settings->auxiliary_step, fault));
+    TRY(json_read_double_or(chains, "chains", "equalize", 0, 1, &settings->equalize, fault));
     TRY(job_read_choice(chains, "chains", "failures", failure_names, SETTINGS_FAILURES, &failures, fault));
     settings->failures = (settings_failures_t)failures;
     TRY(job_check_moves(settings, fault));
@@ -243,6 +248,7 @@ char *job_print(const job_t *job)
     json_add_number(chains, "jump_step", s->jump_step);
     json_add_number(chains, "partial_step", s->partial_step);
     json_add_number(chains, "auxiliary_step", s->auxiliary_step);
+    json_add_number(chains, "equalize", s->equalize);
     json_add_string(chains, "failures", failure_names[s->failures]);
     json_add_string(chains, "kernel", kernel_names[s->kernel]);
     json_add_number(chains, "step_min", s->step_min);

@@ -93,6 +93,9 @@ bool plan_generate(plan_t *plan)
         plan->units = units;
         plan->unit_room = room;
     }
+    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit;
+    if (plan->sketch_units > 0 && !plan->has_importance && plan->pilot_next == candidates)
+        return false; /* those wait for the sketch */
     plan_unit_t *unit = &plan->units[plan->unit_count];
     *unit = (plan_unit_t){0};
     if (plan->pilot_next < plan->pilot_units) {
@@ -293,7 +296,8 @@ static void pilot_finish_needs(plan_t *plan)
         double need = 0;
         for (int i = 0; i < WORK_BLOCKS; i++)
             need += plan->pilot_blocks[(k - 1) * WORK_BLOCKS + i] * mean /
-                    (image[i] * image[i] + 0.01 * mean * mean) / WORK_BLOCKS;
+                    (image[i] * image[i] + 0.01 * mean * mean) / WORK_BLOCKS /
+                    (plan->has_importance ? plan->importance[i] : 1);
         plan->lengths[k].need = need;
     }
     free(plan->pilot_blocks);
@@ -341,7 +345,7 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     fault_code_t code = FAULT_NONE;
     switch (record->kind) {
     case WORK_PILOT:
-        absorb_pilot(plan, record, &result);
+        (plan_is_sketch(record) ? plan_absorb_sketch : absorb_pilot)(plan, record, &result);
         break;
     case WORK_FEATURES:
         absorb_features(plan, record, &result);

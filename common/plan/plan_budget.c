@@ -60,23 +60,42 @@ void plan_size_pilot(plan_t *plan)
     const uint64_t units = (plan->candidates + plan->pilot_unit - 1) / plan->pilot_unit;
     plan->candidates = units * plan->pilot_unit;
     plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
-    plan->pilot_units = units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+    plan->sketch_units = plan_sketch_size(plan, units);
+    plan->pilot_units = plan->sketch_units + units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
 }
 
+static void features_record(const plan_t *plan, uint64_t index, work_record_t *record)
+{
+    record->kind = WORK_FEATURES;
+    record->first = index * plan->feature_rows;
+    record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
+}
+
+/* Candidates, then features; with a sketch that comes first, and features next, which need not wait for it. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
-    const uint64_t units = plan->candidates / plan->pilot_unit;
+    const uint64_t units = plan->candidates / plan->pilot_unit,
+                   features = plan->pilot_units - plan->sketch_units - units;
     *record = (work_record_t){0};
-    if (index < units) {
-        record->kind = WORK_PILOT;
-        record->first = index * plan->pilot_unit;
-        record->count = plan->pilot_unit;
+    if (index < plan->sketch_units) {
+        plan_sketch_record(plan, index, record);
         return FAULT_NONE;
     }
-    record->kind = WORK_FEATURES;
-    record->first = (index - units) * plan->feature_rows;
-    record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
-    return FAULT_NONE;
+    index -= plan->sketch_units;
+    if (plan->sketch_units > 0) {
+        if (index < features) {
+            features_record(plan, index, record);
+            return FAULT_NONE;
+        }
+        index -= features;
+    } else if (index >= units) {
+        features_record(plan, index - units, record);
+        return FAULT_NONE;
+    }
+    record->kind = WORK_PILOT;
+    record->first = index * plan->pilot_unit;
+    record->count = plan->pilot_unit;
+    return plan_set_importance(plan, record, NULL);
 }
 
 /* What a mutation of length k costs, in units that do not matter: each walk is half a path in the mean. Not
@@ -249,6 +268,8 @@ static bool refine_record(plan_t *plan, work_record_t *record)
     if (due < (double)(plan->refine_handed + PILOT_UNIT))
         return false;
     *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
+    if (plan_set_importance(plan, record, NULL))
+        return false;
     plan->refine_handed += PILOT_UNIT;
     return true;
 }
@@ -274,8 +295,10 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
                                   .count = chains,
                                   .mutations = count,
                                   .seeds = malloc(sizeof(uint64_t) * chains)};
-        if (!record->seeds)
+        if (!record->seeds || plan_set_importance(plan, record, NULL)) {
+            work_record_clear(record);
             return false;
+        }
         if (settings_wants_shares(plan->settings.algorithm)) {
             record->shares = malloc(sizeof(double) * (k + 1));
             if (!record->shares) {

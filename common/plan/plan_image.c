@@ -23,6 +23,12 @@ static double plan_samples_at(const plan_t *plan, size_t pixel)
         const rgb_t value = rgb((double)sum[0] / FILM_ONE, (double)sum[1] / FILM_ONE, (double)sum[2] / FILM_ONE);
         samples += plan->settings.target == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value);
     }
+    if (plan->has_importance) { /* films hold weights over it */
+        const settings_t *s = &plan->settings;
+        const importance_t importance = {plan->importance, s->width, s->height};
+        samples *= importance_at(&importance,
+                                 (vec2_t){(double)(pixel % s->width) + 0.5, (double)(pixel / s->width) + 0.5});
+    }
     return samples;
 }
 

@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 4 };
+enum { PLAN_SAVE_VERSION = 5 };
 
 /* ---- arrays ---- */
 
@@ -185,6 +185,9 @@ static void put_totals(wire_writer_t *out, const plan_t *plan)
     wire_put_u64(out, counts->nonfinite);
     wire_put_u64(out, counts->negative);
     wire_put_u64(out, counts->saturated);
+    wire_put_u8(out, plan->has_importance);
+    for (int i = 0; plan->has_importance && i < IMPORTANCE_BLOCKS; i++)
+        wire_put_f64(out, plan->importance[i]);
 }
 
 static void get_totals(wire_reader_t *in, plan_t *plan)
@@ -204,6 +207,16 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
     counts->nonfinite = wire_get_u64(in, "nonfinite");
     counts->negative = wire_get_u64(in, "negative");
     counts->saturated = wire_get_u64(in, "saturated");
+    const uint8_t has_importance = wire_get_u8(in, "importance");
+    if (!in->code && (has_importance > 1 || (has_importance && plan->sketch_units == 0)))
+        wire_reader_fail(in, FAULT_FORMAT, "importance", "%u, of a job %s sketch", has_importance,
+                         plan->sketch_units ? "with a" : "without");
+    plan->has_importance = !in->code && has_importance;
+    for (int i = 0; plan->has_importance && i < IMPORTANCE_BLOCKS && !in->code; i++) {
+        plan->importance[i] = wire_get_f64(in, "importance");
+        if (!in->code && !(plan->importance[i] >= 1e-3 && plan->importance[i] <= 1e3))
+            wire_reader_fail(in, FAULT_RANGE, "importance", "%g, expected 0.001 to 1000", plan->importance[i]);
+    }
 }
 
 /* ---- saving ---- */
@@ -423,6 +436,11 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         work_record_clear(&plan->units[i].record);
         plan->in++;
     }
+    for (uint64_t i = 0; i < count && i < plan->sketch_units; i++)
+        plan->sketch_in += states[i] == PLAN_UNIT_IN;
+    if (plan->sketch_units > 0 && plan->has_importance != (plan->sketch_in == plan->sketch_units))
+        return wire_reader_fail(in, FAULT_FORMAT, "importance", "does not go with %llu of %llu sketch units",
+                                (unsigned long long)plan->sketch_in, (unsigned long long)plan->sketch_units);
     plan->resume = 0;
     if ((plan->phase == PLAN_RENDER ? count < plan->pilot_units : plan->in == plan->pilot_units))
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",

@@ -54,18 +54,22 @@ struct plan {
     plan_unit_t *units;
     uint64_t unit_count, unit_room;    /* handed out so far */
     uint64_t resume;                   /* units below it may need handing out again, after a restore */
+    uint64_t sketch_units;             /* with equalize: the first units of all, for the importance; else 0 */
     uint64_t pilot_units, in;          /* units of the first phase; units in */
     uint64_t pilot_next;               /* units of the first phase generated so far */
     uint64_t candidates;               /* of the pilot */
     uint32_t pilot_unit, feature_rows; /* candidates and rows a unit */
     work_moments_t *pilot_moments; /* of each pilot unit, until all are in: sums need their unit, plan->b, first */
-    double *pilot_blocks;          /* [pilot units][K][WORK_BLOCKS], as long */
-    uint64_t refine_handed;        /* samples */
-    plan_length_t *lengths;        /* [max_path_length + 1]; see plan_first */
-    double b;                      /* sum of the pilot's b_k: the unit of the estimators' sums */
-    double scale;                  /* samples: film value of a contribution of 1; a power of two */
-    uint64_t sample_unit;          /* samples a unit */
-    double weight_max;             /* largest b_k / share_k */
+    uint64_t sketch_in;            /* of them in */
+    bool has_importance;
+    double importance[IMPORTANCE_BLOCKS]; /* once the sketch is in */
+    double *pilot_blocks;                 /* [pilot units][K][WORK_BLOCKS], as long */
+    uint64_t refine_handed;               /* samples */
+    plan_length_t *lengths;               /* [max_path_length + 1]; see plan_first */
+    double b;                             /* sum of the pilot's b_k: the unit of the estimators' sums */
+    double scale;                         /* samples: film value of a contribution of 1; a power of two */
+    uint64_t sample_unit;                 /* samples a unit */
+    double weight_max;                    /* largest b_k / share_k */
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
@@ -121,6 +125,17 @@ static inline double plan_counted(const plan_t *plan, const plan_length_t *lengt
 /* plan.c */
 /* Makes the next unit of the list; false if there is none now. */
 bool plan_generate(plan_t *plan);
+
+/* plan_sketch.c */
+/* How many of the pilot's units make the sketch: 0 without equalize. */
+uint64_t plan_sketch_size(const plan_t *plan, uint64_t units);
+/* The sketch's unit number `index`. */
+void plan_sketch_record(const plan_t *plan, uint64_t index, work_record_t *record);
+bool plan_is_sketch(const work_record_t *record);
+/* Takes in a unit of it; the last one fixes the importance. */
+void plan_absorb_sketch(plan_t *plan, const work_record_t *record, const work_result_t *result);
+/* Gives the record a copy of the importance, if there is one. */
+fault_code_t plan_set_importance(const plan_t *plan, work_record_t *record, fault_t *fault);
 
 /* plan_budget.c */
 /* Sizes of the first phase from the job; called once. */

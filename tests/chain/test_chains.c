@@ -12,6 +12,7 @@
 
 #include "chain/work_fixture.h"
 #include "path/walk.h"
+#include "support/near.h"
 
 typedef struct variant {
     settings_algorithm_t algorithm;
@@ -300,6 +301,67 @@ static void shares_are_checked(void **state)
     work_fixture_clear(&f);
 }
 
+static void refuse_importance(double value, const char *expected)
+{
+    double blocks[IMPORTANCE_BLOCKS];
+    for (int i = 0; i < IMPORTANCE_BLOCKS; i++)
+        blocks[i] = 1 + i;
+    blocks[77] = value;
+    const work_record_t record = {.kind = WORK_REFINE, .count = 10, .importance = blocks};
+    work_record_t back;
+    fault_t fault = {0};
+    uint8_t *data;
+    size_t size;
+    assert_int_equal(work_record_encode(&record, &data, &size, &fault), FAULT_NONE);
+    const fault_code_t code = work_record_decode(&back, data, size, &fault);
+    if (expected) {
+        assert_int_equal(code, FAULT_RANGE);
+        assert_non_null(strstr(fault.text, expected));
+        assert_null(back.importance);
+    } else {
+        assert_int_equal(code, FAULT_NONE);
+        assert_memory_equal(back.importance, blocks, sizeof blocks);
+        work_record_clear(&back);
+    }
+    free(data);
+}
+
+static void importance_is_checked(void **state)
+{
+    (void)state;
+    const double ones[IMPORTANCE_BLOCKS] = {1};
+    const atomic_bool go = false;
+    work_fixture_t f;
+    work_result_t result;
+    fault_t fault = {0};
+    refuse_importance(3, NULL);
+    refuse_importance(0, "importance");
+    refuse_importance(-1, "importance");
+    refuse_importance(NAN, "importance");
+    refuse_importance(INFINITY, "importance");
+    make(&f, &variants[0]);
+    work_record_t record = record_of(&f);
+    record.importance = (double *)(uintptr_t)ones;
+    assert_int_equal(work_run(f.space, &record, &go, &result, &fault), FAULT_RANGE); /* the job asks for none */
+    assert_non_null(strstr(fault.text, "importance"));
+    work_fixture_clear(&f);
+}
+
+/* Bilinear between the blocks' centres, constant beyond them. */
+static void importance_is_bilinear(void **state)
+{
+    (void)state;
+    double blocks[IMPORTANCE_BLOCKS];
+    for (int i = 0; i < IMPORTANCE_BLOCKS; i++)
+        blocks[i] = 1 + 2 * (i % IMPORTANCE_SIDE) + 5 * (i / IMPORTANCE_SIDE); /* a plane */
+    const importance_t g = {blocks, 320, 160};
+    for (double y = 0; y <= 160; y += 3.7)
+        for (double x = 0; x <= 320; x += 7.3) {
+            const double u = fmin(fmax(x / 20 - 0.5, 0), 15), v = fmin(fmax(y / 10 - 0.5, 0), 15);
+            assert_near(importance_at(&g, (vec2_t){x, y}), 1 + 2 * u + 5 * v, 1e-11);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -310,6 +372,8 @@ int main(void)
         cmocka_unit_test(large_steps_of_all_lengths_are_samples),
         cmocka_unit_test(chains_of_independent_samples_are_refused),
         cmocka_unit_test(shares_are_checked),
+        cmocka_unit_test(importance_is_checked),
+        cmocka_unit_test(importance_is_bilinear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

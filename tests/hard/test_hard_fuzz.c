@@ -84,7 +84,9 @@ static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, se
     }
     for (uint32_t k = all ? 0 : 1; k <= (all ? 0 : LENGTHS); k++) {
         tally->lit += counts[k];
-        double shares[LENGTHS + 1];
+        double shares[LENGTHS + 1], importance[IMPORTANCE_BLOCKS];
+        for (int i = 0; i < IMPORTANCE_BLOCKS; i++)
+            importance[i] = exp2(i % 21 - 10);
         for (uint32_t s = 0; s <= k; s++)
             shares[s] = 1.0 / (k + 1);
         const work_record_t record = {.kind = WORK_CHAINS,
@@ -92,7 +94,8 @@ static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, se
                                       .count = counts[k],
                                       .mutations = MUTATIONS,
                                       .seeds = seeds[k],
-                                      .shares = settings_wants_shares(algorithm) ? shares : NULL};
+                                      .shares = settings_wants_shares(algorithm) ? shares : NULL,
+                                      .importance = index & 32 ? importance : NULL};
         if (counts[k] > 0)
             run(tally, index, space, &record, &result);
     }
@@ -115,6 +118,7 @@ static void run_scene(tally_t *tally, uint64_t index)
     settings_default(&settings);
     settings.algorithm = SETTINGS_MMLT + index % (SETTINGS_ALGORITHMS - SETTINGS_MMLT);
     const bool all = settings_joins_all(settings.algorithm);
+    settings.equalize = index & 32 ? 1 : 0;
     settings.partial_step = index & 4 && !all ? 0.4 : 0;
     settings.failures = index & 8 && settings.algorithm != SETTINGS_CMLT_IPSM && !all ? SETTINGS_FAILURES_DELAYED
                                                                                       : SETTINGS_FAILURES_PLAIN;

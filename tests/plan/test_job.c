@@ -175,6 +175,9 @@ static void values_out_of_range_are_refused(void **state)
            "chains.auxiliary_step", "published");
     refuse("{'scene':'x','chains':{'auxiliary_step':0.7,'large_step':0.4}}", FAULT_RANGE, "auxiliary_step",
            "more than 1");
+    refuse("{'scene':'x','chains':{'equalize':1,'failures':'published'}}", FAULT_UNSUPPORTED, "chains.equalize",
+           "published");
+    refuse("{'scene':'x','chains':{'equalize':1.5}}", FAULT_RANGE, "chains.equalize", "1");
     refuse("{'scene':'x','chains':{'failures':'rectified'}}", FAULT_UNKNOWN, "chains.failures", "\"published\"");
     refuse("{'scene':'x','chains':{'partial_step':1.5}}", FAULT_RANGE, "chains.partial_step", "1");
     refuse("{'scene':'x','max_path_length':0}", FAULT_RANGE, "max_path_length", "1 to 127");
@@ -236,14 +239,14 @@ static void assert_round_trip(const job_t *job)
     again = job_print(&back);
     assert_string_equal(again, text);
     const settings_t *a = &job->settings, *b = &back.settings;
-    assert_true(a->algorithm == b->algorithm && a->width == b->width && a->height == b->height &&
-                a->filter == b->filter && a->filter_radius == b->filter_radius &&
-                a->max_path_length == b->max_path_length && a->seed == b->seed && a->target == b->target &&
-                a->kernel == b->kernel && a->large_step == b->large_step &&
-                a->technique_step == b->technique_step && a->jump_step == b->jump_step &&
-                a->partial_step == b->partial_step && a->auxiliary_step == b->auxiliary_step &&
-                a->failures == b->failures && a->step_min == b->step_min && a->step_max == b->step_max &&
-                a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
+    assert_true(
+        a->algorithm == b->algorithm && a->width == b->width && a->height == b->height && a->filter == b->filter &&
+        a->filter_radius == b->filter_radius && a->max_path_length == b->max_path_length && a->seed == b->seed &&
+        a->target == b->target && a->kernel == b->kernel && a->large_step == b->large_step &&
+        a->technique_step == b->technique_step && a->jump_step == b->jump_step &&
+        a->partial_step == b->partial_step && a->equalize == b->equalize &&
+        a->auxiliary_step == b->auxiliary_step && a->failures == b->failures && a->step_min == b->step_min &&
+        a->step_max == b->step_max && a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
     assert_true(job->stop.mutations_per_pixel == back.stop.mutations_per_pixel &&
                 job->stop.seconds == back.stop.seconds && job->stop.error == back.stop.error &&
                 job->preview_exposure == back.preview_exposure);
@@ -292,6 +295,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->technique_step = number(0, 1);
         s->jump_step = number(0, 1 - s->large_step);
         s->partial_step = s->algorithm == SETTINGS_PSSMLT ? 0 : number(0, 1);
+        s->equalize = s->algorithm == SETTINGS_MMLT ? 0 : number(0, 1);
         s->failures = s->algorithm == SETTINGS_MMLT ? SETTINGS_FAILURES_PUBLISHED : SETTINGS_FAILURES_PLAIN;
         s->auxiliary_step = s->algorithm == SETTINGS_CMLT ? 1 - s->large_step - s->jump_step : 0;
         s->step_max = number(1e-9, 0.5);

@@ -23,14 +23,19 @@ static uint64_t draw(uint64_t below)
     return random_u64(random_key(2385, RANDOM_PURPOSE_TEST, 2, 0), counter++) % below;
 }
 
-static job_t job_of(const char *algorithm, const char *stop, const char *more)
+static job_t job_with(const char *algorithm, const char *stop, const char *more, double equalize)
 {
     char text[512];
     snprintf(text, sizeof text,
              "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'pilot_samples':"
-             "20000}%s}",
-             algorithm, stop, more);
+             "20000,'equalize':%g}%s}",
+             algorithm, stop, equalize, more);
     return plan_fixture_job(text);
+}
+
+static job_t job_of(const char *algorithm, const char *stop, const char *more)
+{
+    return job_with(algorithm, stop, more, 0);
 }
 
 /* ---- order, repetition, restarts ---- */
@@ -177,8 +182,9 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
     flight_t flight = {.count = 0};
-    for (int a = 0; a < ALGORITHMS; a++) {
-        const job_t job = job_of(algorithms[a], "'mutations_per_pixel':20", ",'film':{'filter':'gaussian'}");
+    for (int a = 0; a < 2 * ALGORITHMS; a++) {
+        const job_t job =
+            job_with(algorithms[a / 2], "'mutations_per_pixel':20", ",'film':{'filter':'gaussian'}", a % 2);
         plan_worker_t worker;
         plan_worker_make(&worker, &job, &small.scene);
         plan_t *reference = plan_fixture_new(&job, &small.scene);
@@ -208,8 +214,8 @@ static void checkpoints_come_back_as_they_were(void **state)
     (void)state;
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
-    for (int a = 0; a < ALGORITHMS; a++) {
-        const job_t job = job_of(algorithms[a], "'mutations_per_pixel':20", "");
+    for (int a = 0; a < 2 * ALGORITHMS; a++) {
+        const job_t job = job_with(algorithms[a / 2], "'mutations_per_pixel':20", "", 0.5 * (a % 2));
         plan_worker_t worker;
         plan_worker_make(&worker, &job, &small.scene);
         plan_t *plan = plan_fixture_new(&job, &small.scene);

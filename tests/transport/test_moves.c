@@ -29,6 +29,8 @@ static const variant_t variants[] = {
     {"delayed", "rjmlt", CHAINS(",\"jump_step\":0.1,\"partial_step\":0.3,\"failures\":\"delayed\"")},
     {"delayed, gaussian", "mmlt",
      CHAINS(",\"kernel\":\"gaussian\",\"step_max\":0.05,\"technique_step\":0.1,\"failures\":\"delayed\"")},
+    {"equalize", "rjmlt", CHAINS(",\"jump_step\":0.2,\"equalize\":1")},
+    {"equalize, all lengths", "pssmlt", CHAINS(",\"equalize\":0.7")},
     {"auxiliary", "cmlt", CHAINS(",\"jump_step\":0.1,\"auxiliary_step\":0.2")},
 };
 enum { SEEDS = 20, LENGTH = 5, VARIANTS = sizeof variants / sizeof *variants };

@@ -1,0 +1,80 @@
+/* plan_sketch.c: the importance of light by where it is seen, from a first sketch of the image
+ * (chain/importance.h).
+ *
+ * What is to be small is the mean of Var(I_j) / (I_j^2 + 0.01 m^2), and a pixel's variance is about I_j^2 over the
+ * mutations that it gets, N_j. For their sum being fixed the least is where N_j is in proportion to I_j /
+ * sqrt(I_j^2 + 0.01 m^2): chains that follow C g with g = m / sqrt(I^2 + 0.01 m^2), to the power `equalize`. I is
+ * the light of 16 x 16 blocks of the image, from an eighth as many samples as the pilot has, before it; g is scaled
+ * so that the blocks' light times g is what it was.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "plan/plan_state.h"
+
+/* Indices of samples that are no candidates. */
+#define SKETCH_FIRST (UINT64_C(1) << 40)
+enum { SKETCH_PARTS = 8 };
+
+uint64_t plan_sketch_size(const plan_t *plan, uint64_t units)
+{
+    if (!(plan->settings.equalize > 0) || !plan_is_chains(plan))
+        return 0;
+    return (units + SKETCH_PARTS - 1) / SKETCH_PARTS;
+}
+
+void plan_sketch_record(const plan_t *plan, uint64_t index, work_record_t *record)
+{
+    record->kind = WORK_PILOT;
+    record->first = SKETCH_FIRST + index * plan->pilot_unit;
+    record->count = plan->pilot_unit;
+}
+
+bool plan_is_sketch(const work_record_t *record)
+{
+    return record->kind == WORK_PILOT && record->first >= SKETCH_FIRST;
+}
+
+static void sketch_finish(plan_t *plan)
+{
+    const size_t numbers = (size_t)plan->settings.max_path_length * WORK_BLOCKS;
+    double image[WORK_BLOCKS] = {0}, mean = 0, light = 0, weighted = 0;
+    for (size_t i = 0; i < plan->sketch_units * numbers; i++) /* in their order, whichever came first */
+        image[i % WORK_BLOCKS] += plan->pilot_blocks[i];
+    memset(plan->pilot_blocks, 0, sizeof *plan->pilot_blocks * plan->sketch_units * numbers);
+    for (int i = 0; i < WORK_BLOCKS; i++)
+        mean += image[i] / WORK_BLOCKS;
+    for (int i = 0; i < WORK_BLOCKS; i++) {
+        const double relative = mean > 0 ? image[i] / mean : 1;
+        plan->importance[i] = pow(relative * relative + 0.01, -0.5 * plan->settings.equalize);
+        light += relative;
+        weighted += relative * plan->importance[i];
+    }
+    for (int i = 0; i < WORK_BLOCKS; i++) { /* within what records may hold, by far */
+        const double scaled = plan->importance[i] * light / weighted;
+        plan->importance[i] = fmin(fmax(scaled, 1e-3), 1e3);
+    }
+    plan->has_importance = true;
+}
+
+void plan_absorb_sketch(plan_t *plan, const work_record_t *record, const work_result_t *result)
+{
+    const size_t numbers = (size_t)plan->settings.max_path_length * WORK_BLOCKS;
+    const uint64_t unit = (record->first - SKETCH_FIRST) / plan->pilot_unit;
+    memcpy(plan->pilot_blocks + unit * numbers, result->weights + record->count * plan->settings.max_path_length,
+           sizeof(double) * numbers);
+    plan->sketch_in++;
+    if (plan->sketch_in == plan->sketch_units)
+        sketch_finish(plan);
+}
+
+fault_code_t plan_set_importance(const plan_t *plan, work_record_t *record, fault_t *fault)
+{
+    if (!plan->has_importance)
+        return FAULT_NONE;
+    record->importance = malloc(sizeof plan->importance);
+    if (!record->importance)
+        return fault_set(fault, FAULT_MEMORY, "no memory for a unit's importance");
+    memcpy(record->importance, plan->importance, sizeof plan->importance);
+    return FAULT_NONE;
+}
