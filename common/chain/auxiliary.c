@@ -1,20 +1,5 @@
 #include "chain/auxiliary.h"
 
-#include <string.h>
-
-/* Numbers of the space and its walks become the auxiliary chain's. */
-static void auxiliary_take(chain_t *auxiliary, uint32_t s, const target_value_t *value)
-{
-    work_space_t *space = auxiliary->space;
-    memcpy(auxiliary->camera, space->camera, sizeof(double) * auxiliary->target->camera_count);
-    memcpy(auxiliary->light, space->light, sizeof(double) * auxiliary->target->light_count);
-    path_space_swap_camera(&space->path, auxiliary->kept);
-    path_space_swap_light(&space->path, auxiliary->kept);
-    memcpy(auxiliary->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
-    auxiliary->s = s;
-    auxiliary->current = *value;
-}
-
 bool auxiliary_start(chain_t *auxiliary, uint64_t key)
 {
     work_space_t *space = auxiliary->space;
@@ -27,7 +12,7 @@ bool auxiliary_start(chain_t *auxiliary, uint64_t key)
         kernel_draw(try, UNIT_DRAW_LIGHT, space->light, target->light_count);
         target_eval(target, &space->path, s, space->camera, space->light, &value);
         if (value.c > 0) {
-            auxiliary_take(auxiliary, s, &value);
+            chain_settle(auxiliary, s, &value);
             return true;
         }
     }
@@ -56,7 +41,7 @@ static void auxiliary_move(chain_t *auxiliary, uint64_t key)
     target_value_t value;
     target_eval(target, &space->path, s, space->camera, space->light, &value);
     if (value.c > 0)
-        auxiliary_take(auxiliary, s, &value);
+        chain_settle(auxiliary, s, &value);
 }
 
 void auxiliary_step(chain_t *chain, chain_t *auxiliary, uint64_t key)

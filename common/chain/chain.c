@@ -57,6 +57,13 @@ static void chain_take(chain_t *chain, chain_streams_t streams, uint32_t camera,
     memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
 }
 
+void chain_settle(chain_t *chain, uint32_t s, const target_value_t *value)
+{
+    chain->s = s;
+    chain->current = *value;
+    chain_take(chain, CHAIN_BOTH, chain->target->camera_count, chain->target->light_count);
+}
+
 bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_t s, const target_value_t *value,
                   chain_streams_t streams, uint32_t camera, uint32_t light)
 {

@@ -53,6 +53,9 @@ void chain_splat(chain_t *chain, const target_value_t *value, double weight, uin
 bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_t s, const target_value_t *value,
                   chain_streams_t streams, uint32_t camera, uint32_t light);
 
+/* (s, value), whose numbers and walks are in the space, becomes the chain's state; what is gathered stays. */
+void chain_settle(chain_t *chain, uint32_t s, const target_value_t *value);
+
 /* The state counts once more. */
 static inline void chain_repeat(chain_t *chain)
 {

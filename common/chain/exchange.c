@@ -1,7 +1,5 @@
 #include "chain/exchange.h"
 
-#include <string.h>
-
 #include "chain/jump.h"
 
 /* w_to / w_from of the chain's path; false if it has none. */
@@ -19,18 +17,9 @@ static bool exchange_ratio(const chain_t *chain, uint32_t to, double *ratio)
 
 static void exchange_take(chain_t *chain, uint64_t key, uint32_t s)
 {
-    work_space_t *space = chain->space;
-    const target_t *target = chain->target;
     target_value_t value;
-    if (!jump_invert(chain, key, s, &value))
-        return; /* it was there a moment ago, and is a function of its arguments */
-    chain->s = s;
-    chain->current = value;
-    memcpy(chain->camera, space->camera, sizeof(double) * target->camera_count);
-    memcpy(chain->light, space->light, sizeof(double) * target->light_count);
-    path_space_swap_camera(&space->path, chain->kept);
-    path_space_swap_light(&space->path, chain->kept);
-    memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
+    if (jump_invert(chain, key, s, &value)) /* as it did a moment ago: it is a function of its arguments */
+        chain_settle(chain, s, &value);
 }
 
 void exchange_step(chain_t *chain, chain_t *ensemble, uint32_t count, uint64_t key)

@@ -34,7 +34,6 @@ bool jump_invert(chain_t *chain, uint64_t key, uint32_t s, target_value_t *value
  * one more whole step whatever becomes of it. */
 static void jump_to(chain_t *chain, uint64_t key, uint32_t s, double a)
 {
-    const target_t *target = chain->target;
     target_value_t value;
     chain->gathered += 1;
     if (s == chain->s) {
@@ -46,14 +45,7 @@ static void jump_to(chain_t *chain, uint64_t key, uint32_t s, double a)
     chain->stats->accepted[WORK_MOVE_JUMP] += a;
     if (!(random_double(key, UNIT_DRAW_ACCEPT) < a))
         return;
-    work_space_t *space = chain->space;
-    chain->s = s;
-    chain->current = value;
-    memcpy(chain->camera, space->camera, sizeof(double) * target->camera_count);
-    memcpy(chain->light, space->light, sizeof(double) * target->light_count);
-    path_space_swap_camera(&space->path, chain->kept);
-    path_space_swap_light(&space->path, chain->kept);
-    memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
+    chain_settle(chain, s, &value);
 }
 
 static bool jump_weights(const chain_t *chain, double *weights)
