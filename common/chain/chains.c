@@ -79,6 +79,7 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
     const renderer_t *renderer = space->renderer;
     ensemble->target = renderer->targets[record->length];
     ensemble->target.importance = unit_importance(space, record);
+    ensemble->target.cap = unit_cap(record);
     ensemble->has_auxiliary = false;
     for (uint32_t i = 0; i < space->room_count; i++) {
         chain_t *chain = i < WORK_REPLICAS ? &ensemble->chains[i] : &ensemble->auxiliary;

@@ -15,14 +15,16 @@ uint64_t unit_pilot_key(const renderer_t *renderer, uint64_t index)
 
 bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, double place, uint32_t *technique)
 {
-    double totals[PATH_MAX_VERTICES], by_technique[PATH_MAX_VERTICES] = {0};
+    double totals[PATH_MAX_VERTICES], by_technique[PATH_MAX_VERTICES] = {0}, caps[PATH_MAX_VERTICES];
     const uint64_t key = unit_pilot_key(space->renderer, candidate);
     sampler_t sampler = {.space = space,
                          .renderer = space->renderer,
                          .totals = totals,
                          .by_technique = by_technique,
                          .only = target->length,
-                         .importance = target->importance};
+                         .importance = target->importance,
+                         .caps = target->cap > 0 ? caps : NULL};
+    caps[target->length - 1] = target->cap;
     sampler_run(&sampler, key, -1);
     double left = place * totals[target->length];
     uint32_t chosen = PATH_MAX_VERTICES;
@@ -51,6 +53,7 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
                          .totals = totals,
                          .moments = space->moments,
                          .importance = unit_importance(space, record),
+                         .caps = record->caps,
                          .blocks = weights ? weights + record->count * K : NULL};
     if (weights)
         memset(sampler.blocks, 0, sizeof(double) * K * WORK_BLOCKS);

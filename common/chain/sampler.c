@@ -11,8 +11,14 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
     const renderer_t *renderer = sampler->renderer;
     const uint32_t k = s + t - 1;
     const vec2_t raster = t > 1 ? sampler->space->path.raster : value->raster;
-    const double light = target_scalar(renderer->settings.target, value->value),
-                 scalar = sampler->importance.blocks ? light * importance_at(&sampler->importance, raster) : light;
+    const double light = target_scalar(renderer->settings.target, value->value);
+    double scalar = sampler->importance.blocks ? light * importance_at(&sampler->importance, raster) : light;
+    rgb_t seen = value->value;
+    if (sampler->caps && scalar > 0) {
+        seen = rgb_scale(seen, split_kept(scalar, sampler->caps[k - 1]));
+        const double excess = split_excess(scalar, sampler->caps[k - 1]);
+        scalar = excess > 0 ? excess : 0;
+    }
     sampler->totals[k] += scalar;
     if (sampler->only > 0)
         sampler->by_technique[s] = scalar;
@@ -23,10 +29,10 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
     if (t == 1 && sampler->splats)
         sampler->splats[sampler->splat_count++] = (sampler_splat_t){value->raster, value->value};
     if (t > 1)
-        sampler->pixel = rgb_add(sampler->pixel, value->value);
+        sampler->pixel = rgb_add(sampler->pixel, seen);
     else if (sampler->film)
-        unit_splat(&renderer->scene, sampler->film, value->raster, rgb_scale(value->value, sampler->scale),
-                   sampler->key, UNIT_DRAW_FILTER);
+        unit_splat(&renderer->scene, sampler->film, value->raster, rgb_scale(seen, sampler->scale), sampler->key,
+                   UNIT_DRAW_FILTER);
 }
 
 static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)

@@ -26,7 +26,9 @@ typedef struct sampler {
     work_moments_t *moments; /* added to if not null */
     double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
     importance_t importance; /* in totals, moments and by_technique; not in film, splats and blocks */
-    double *blocks; /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */
+    const double *caps; /* [K], of length k in [k - 1], or null. With them totals, moments and by_technique are of
+                           what chains follow, and the film gets what they leave (split.h) */
+    double *blocks;     /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */
     sampler_splat_t *splats; /* [K + 1]: if not null, where this sample is seen: set, not added to */
     uint32_t splat_count;
     uint32_t only; /* join only to this length; 0: to all */

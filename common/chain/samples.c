@@ -16,7 +16,9 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
                          .film = &space->film,
                          .scale = record->scale,
                          .totals = totals,
-                         .moments = space->moments};
+                         .moments = space->moments,
+                         .importance = unit_importance(space, record),
+                         .caps = record->caps};
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");

@@ -7,6 +7,7 @@
 
 #include "chain/importance.h"
 #include "chain/settings.h"
+#include "chain/split.h"
 #include "path/connect.h"
 
 /* The state space of one length: its techniques and the sizes of its streams. */
@@ -15,6 +16,7 @@ typedef struct target {
     uint32_t length; /* k */
     settings_target_t kind;
     importance_t importance;
+    double cap;                      /* what independent samples bring of each path (split.h); 0: nothing */
     uint32_t count;                  /* n_k: techniques that take part */
     uint8_t list[PATH_MAX_VERTICES]; /* their s */
     path_techniques_t techniques;
@@ -22,8 +24,8 @@ typedef struct target {
 } target_t;
 
 typedef struct target_value {
-    double c;    /* C_s(u), times the importance; 0 if the path carries nothing */
-    rgb_t color; /* value / c: what a splat of weight 1 adds */
+    double c;    /* C_s(u), times the importance, less the cap; 0 if that leaves nothing */
+    rgb_t color; /* what a splat of weight 1 adds */
     vec2_t raster;
 } target_value_t;
 
@@ -58,10 +60,11 @@ static inline bool target_value_of(const target_t *target, const path_value_t *p
     if (target->importance.blocks)
         c *= importance_at(&target->importance, path->raster);
     out->c = 0;
-    if (!(c > 0))
-        return false; /* underflow */
-    out->c = c;
-    out->color = rgb_scale(path->value, 1 / c);
+    const double excess = split_excess(c, target->cap);
+    if (!(excess > 0))
+        return false; /* nothing is left for chains, or underflow */
+    out->c = excess;
+    out->color = rgb_scale(path->value, 1 / c); /* (f excess / c) / excess */
     out->raster = path->raster;
     return true;
 }

@@ -75,6 +75,12 @@ static inline importance_t unit_importance(const work_space_t *space, const work
     return (importance_t){record->importance, settings->width, settings->height};
 }
 
+/* The cap of a unit's chains. */
+static inline double unit_cap(const work_record_t *record)
+{
+    return record->cap_count > 0 ? record->caps[0] : 0;
+}
+
 /* The film of the space, zeroed. */
 fault_code_t unit_film(work_space_t *space, fault_t *fault);
 

@@ -175,6 +175,12 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
     if (record->kind == WORK_CHAINS && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
         return fault_set(fault, FAULT_RANGE, "shares of techniques: they do not go with the algorithm");
+    const uint32_t caps = record->kind == WORK_CHAINS ? 1 : settings->max_path_length;
+    if (record->cap_count > 0 && (!(settings->split > 0) || record->cap_count != caps))
+        return fault_set(fault, FAULT_RANGE, "a unit with %u caps, expected %s", record->cap_count,
+                         settings->split > 0 ? "as many as path lengths, of chains one" : "none");
+    if (record->kind == WORK_SAMPLES && settings->split > 0 && record->cap_count == 0)
+        return fault_set(fault, FAULT_RANGE, "a unit of samples without caps, for a job with them");
     if (record->importance && !(settings->equalize > 0))
         return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
     if (record->kind == WORK_CHAINS && settings->equalize > 0 && !record->importance)

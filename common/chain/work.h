@@ -68,7 +68,9 @@ typedef struct work_record {
     uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
     double *shares; /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
                        sum to one; else null; owned by the record */
-    double *importance; /* pilot, refine, chains: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
+    double *importance; /* all but features: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
+    uint32_t cap_count; /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
+    double *caps;       /* split.h; null if there is none; owned by the record */
 } work_record_t;
 
 void work_record_clear(work_record_t *record);

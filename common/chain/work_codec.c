@@ -1,7 +1,8 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32 0 or
- * length + 1 and that many f64: shares; for pilot, refine and chains u32 0 or IMPORTANCE_BLOCKS and that many f64.
+ * length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and that many f64, u32 caps
+ * and that many f64.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
  * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; then by kind: pilot packed doubles; chains and
  * samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little endian.
@@ -15,19 +16,20 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 3 };
+enum { WORK_CODEC_VERSION = 4 };
 
 void work_record_clear(work_record_t *record)
 {
     free(record->seeds);
     free(record->shares);
     free(record->importance);
+    free(record->caps);
     *record = (work_record_t){0};
 }
 
 static bool record_has_importance(uint32_t kind)
 {
-    return kind == WORK_PILOT || kind == WORK_REFINE || kind == WORK_CHAINS;
+    return kind != WORK_FEATURES;
 }
 
 static void record_put(wire_writer_t *out, const void *value)
@@ -53,6 +55,9 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_u32(out, record->importance ? IMPORTANCE_BLOCKS : 0);
     for (int i = 0; record->importance && i < IMPORTANCE_BLOCKS; i++)
         wire_put_f64(out, record->importance[i]);
+    wire_put_u32(out, record->cap_count);
+    for (uint32_t i = 0; i < record->cap_count; i++)
+        wire_put_f64(out, record->caps[i]);
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
@@ -147,6 +152,25 @@ static fault_code_t record_get_importance(wire_reader_t *in, work_record_t *reco
     return in->code;
 }
 
+static fault_code_t record_get_caps(wire_reader_t *in, work_record_t *record, fault_t *fault)
+{
+    const uint32_t count = wire_get_u32(in, "caps"), most = record->kind == WORK_CHAINS ? 1 : PATH_MAX_LENGTH;
+    if (in->code || count == 0)
+        return in->code;
+    if (count > most)
+        return wire_reader_fail(in, FAULT_FORMAT, "caps", "%u, expected 0 to %u", count, most);
+    record->caps = malloc(sizeof(double) * count);
+    if (!record->caps)
+        return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its caps");
+    record->cap_count = count;
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        record->caps[i] = wire_get_f64(in, "caps");
+        if (!in->code && !(record->caps[i] >= 0))
+            return wire_reader_fail(in, FAULT_RANGE, "caps", "%g, expected 0 or more", record->caps[i]);
+    }
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -174,6 +198,8 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
     fault_code_t code = record->kind == WORK_CHAINS ? record_get_shares(&in, record, fault) : FAULT_NONE;
     if (!code && record_has_importance(record->kind))
         code = record_get_importance(&in, record, fault);
+    if (!code && record_has_importance(record->kind))
+        code = record_get_caps(&in, record, fault);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

@@ -93,6 +93,11 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
     if (s->equalize > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
         return fault_set(fault, FAULT_UNSUPPORTED,
                          "chains.equalize: does not go with chains.failures \"published\"");
+    if (s->split > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
+        return fault_set(fault, FAULT_UNSUPPORTED, "chains.split: does not go with chains.failures \"published\"");
+    if (s->split > 0 && settings_joins_all(s->algorithm))
+        return fault_set(fault, FAULT_UNSUPPORTED, "chains.split: is not for %s, whose chains are of all lengths",
+                         name);
     if (s->auxiliary_step > 0 && s->failures == SETTINGS_FAILURES_PUBLISHED)
         return fault_set(fault, FAULT_UNSUPPORTED,
                          "chains.auxiliary_step: does not go with chains.failures \"published\"");
@@ -114,9 +119,8 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
     static const char *const names[] = {
-        "equalize", "large_step", "technique_step", "jump_step", "partial_step", "auxiliary_step",
-        "failures", "kernel",     "step_min",       "step_max",  "length",       "pilot_samples",
-        NULL};
+        "split",    "equalize", "large_step", "technique_step", "jump_step", "partial_step",  "auxiliary_step",
+        "failures", "kernel",   "step_min",   "step_max",       "length",    "pilot_samples", NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
     if (!chains)
@@ -131,6 +135,7 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     TRY(json_read_double_or(chains, "chains", "partial_step", 0, 1, &settings->partial_step, fault));
     TRY(json_read_double_or(chains, "chains", "auxiliary_step", 0, 1, &settings->auxiliary_step, fault));
     TRY(json_read_double_or(chains, "chains", "equalize", 0, 1, &settings->equalize, fault));
+    TRY(json_read_double_or(chains, "chains", "split", 0, 1e6, &settings->split, fault));
     TRY(job_read_choice(chains, "chains", "failures", failure_names, SETTINGS_FAILURES, &failures, fault));
     settings->failures = (settings_failures_t)failures;
     TRY(job_check_moves(settings, fault));
@@ -249,6 +254,7 @@ char *job_print(const job_t *job)
     json_add_number(chains, "partial_step", s->partial_step);
     json_add_number(chains, "auxiliary_step", s->auxiliary_step);
     json_add_number(chains, "equalize", s->equalize);
+    json_add_number(chains, "split", s->split);
     json_add_string(chains, "failures", failure_names[s->failures]);
     json_add_string(chains, "kernel", kernel_names[s->kernel]);
     json_add_number(chains, "step_min", s->step_min);

@@ -93,9 +93,8 @@ bool plan_generate(plan_t *plan)
         plan->units = units;
         plan->unit_room = room;
     }
-    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit;
-    if (plan->sketch_units > 0 && !plan->has_importance && plan->pilot_next == candidates)
-        return false; /* those wait for the sketch */
+    if (plan_pilot_waits(plan))
+        return false;
     plan_unit_t *unit = &plan->units[plan->unit_count];
     *unit = (plan_unit_t){0};
     if (plan->pilot_next < plan->pilot_units) {
@@ -203,7 +202,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
 {
     plan_length_t *length = &plan->lengths[record->length];
     TRY(absorb_film(plan, length, result, fault));
-    const double c = length->b / length->share / plan->weight_max,
+    const double c = plan_weight(plan, record->length) / plan->weight_max,
                  size = (double)record->mutations / (double)length->unit_mutations;
     absorb_squares(plan, &result->film, c, size);
     plan_absorb_strata(plan, &result->film, c, size);
@@ -231,7 +230,11 @@ static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, co
 {
     plan_length_t *all = &plan->lengths[0];
     TRY(absorb_film(plan, all, result, fault));
-    absorb_squares(plan, &result->film, 1, (double)record->count / (double)all->unit_mutations);
+    const double c = plan_weight(plan, 0) / plan->weight_max,
+                 size = (double)record->count / (double)all->unit_mutations;
+    absorb_squares(plan, &result->film, c, size);
+    if (plan->strata)
+        plan_absorb_strata(plan, &result->film, c, size);
     absorb_all_moments(plan, result->moments);
     all->merged += record->count;
     all->units_in++;
@@ -293,7 +296,10 @@ static void pilot_finish_needs(plan_t *plan)
         mean += plan->pilot_blocks[i] / WORK_BLOCKS;
     }
     for (uint32_t k = 1; k <= K && mean > 0; k++) {
-        double need = 0;
+        double need = 0, light = 0;
+        for (int i = 0; i < WORK_BLOCKS; i++)
+            light += plan->pilot_blocks[(k - 1) * WORK_BLOCKS + i];
+        plan->lengths[k].light = light / (double)plan->candidates;
         for (int i = 0; i < WORK_BLOCKS; i++)
             need += plan->pilot_blocks[(k - 1) * WORK_BLOCKS + i] * mean /
                     (image[i] * image[i] + 0.01 * mean * mean) / WORK_BLOCKS /
@@ -308,6 +314,7 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
 {
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         pilot_finish_length(plan, &plan->lengths[k]);
+    plan_split_settle(plan);
     pilot_finish_seeds(plan);
     pilot_finish_needs(plan);
     plan->phase = PLAN_RENDER;
@@ -345,7 +352,9 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     fault_code_t code = FAULT_NONE;
     switch (record->kind) {
     case WORK_PILOT:
-        (plan_is_sketch(record) ? plan_absorb_sketch : absorb_pilot)(plan, record, &result);
+        (plan_is_split(record)    ? plan_absorb_split
+         : plan_is_sketch(record) ? plan_absorb_sketch
+                                  : absorb_pilot)(plan, record, &result);
         break;
     case WORK_FEATURES:
         absorb_features(plan, record, &result);
@@ -432,7 +441,7 @@ static double plan_merged(const plan_t *plan)
 {
     double merged = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        merged += (double)plan->lengths[k].merged;
+        merged += plan_mutations_of(plan, k) * (double)plan->lengths[k].merged;
     return merged;
 }
 

@@ -10,16 +10,16 @@ enum {
     PILOT_USUAL = 1 << 17,
     PILOT_MOST = 1 << 19,
     PILOT_SCALE = 4096,    /* candidates where only the scale is wanted: pt and bdpt */
-    SAMPLE_MUTATIONS = 10, /* mutations that cost as much as a bidirectional sample, about */
     REFINE_PARTS = 20,     /* one part in so many of the work goes on refining b_k */
     CHAIN_USUAL = 1 << 14, /* mutations a chain */
     UNIT_LEAST = 1 << 14,
     UNIT_SMALLEST = 1 << 20,
-    UNIT_LARGEST = 1 << 23, /* mutations a unit: packing its film must cost little beside them */
-    UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
-    UNITS_TIMED = 64,       /* that a rule of seconds leaves room for on one slow worker */
-    USUAL_RATE = 1000000,   /* mutations a second of one worker, about */
-    FEATURE_RAYS = 1 << 17  /* a unit */
+    UNIT_LARGEST = 1 << 23,                  /* mutations a unit: packing its film must cost little beside them */
+    UNITS_LEAST = 16,                        /* a length, so that its variance can be estimated */
+    SPLIT_LEAST = 4 * PLAN_SAMPLE_MUTATIONS, /* mutations a pixel for samples beside chains: a few passes of them */
+    UNITS_TIMED = 64,                        /* that a rule of seconds leaves room for on one slow worker */
+    USUAL_RATE = 1000000,                    /* mutations a second of one worker, about */
+    FEATURE_RAYS = 1 << 17                   /* a unit */
 };
 
 static uint64_t at_least(uint64_t a, uint64_t b)
@@ -35,7 +35,16 @@ static uint64_t at_most(uint64_t a, uint64_t b)
 /* Mutations that cost as much as a bidirectional sample: where chains join all, each makes one. */
 static uint32_t budget_sample(const plan_t *plan)
 {
-    return settings_joins_all(plan->settings.algorithm) ? 1 : SAMPLE_MUTATIONS;
+    return settings_joins_all(plan->settings.algorithm) ? 1 : PLAN_SAMPLE_MUTATIONS;
+}
+
+/* Whether the job has room for samples beside its chains, a few whole passes over the image. */
+static bool budget_is_ample(const plan_t *plan)
+{
+    const job_stop_t *stop = &plan->job.stop;
+    const double least = SPLIT_LEAST * (double)plan->pixels;
+    return (plan->mutations_total == 0 || plan->mutations_total >= least) &&
+           (stop->seconds == 0 || stop->seconds * USUAL_RATE >= least);
 }
 
 void plan_size_pilot(plan_t *plan)
@@ -61,7 +70,9 @@ void plan_size_pilot(plan_t *plan)
     plan->candidates = units * plan->pilot_unit;
     plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
     plan->sketch_units = plan_sketch_size(plan, units);
-    plan->pilot_units = plan->sketch_units + units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+    plan->split_units = budget_is_ample(plan) ? plan_split_size(plan, units) : 0;
+    plan->pilot_units =
+        plan->sketch_units + plan->split_units + units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
 }
 
 static void features_record(const plan_t *plan, uint64_t index, work_record_t *record)
@@ -71,31 +82,38 @@ static void features_record(const plan_t *plan, uint64_t index, work_record_t *r
     record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
 }
 
-/* Candidates, then features; with a sketch that comes first, and features next, which need not wait for it. */
+/* The sketch, features, which need not wait for it, the units for the caps, and the candidates. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
     const uint64_t units = plan->candidates / plan->pilot_unit,
-                   features = plan->pilot_units - plan->sketch_units - units;
+                   caps = plan->pilot_units - units - plan->split_units;
     *record = (work_record_t){0};
     if (index < plan->sketch_units) {
         plan_sketch_record(plan, index, record);
         return FAULT_NONE;
     }
-    index -= plan->sketch_units;
-    if (plan->sketch_units > 0) {
-        if (index < features) {
-            features_record(plan, index, record);
-            return FAULT_NONE;
-        }
-        index -= features;
-    } else if (index >= units) {
-        features_record(plan, index - units, record);
+    if (index < caps) {
+        features_record(plan, index - plan->sketch_units, record);
         return FAULT_NONE;
     }
+    index -= caps;
+    if (index < plan->split_units) {
+        plan_split_record(plan, index, record);
+        return plan_set_importance(plan, record, NULL);
+    }
     record->kind = WORK_PILOT;
-    record->first = index * plan->pilot_unit;
+    record->first = (index - plan->split_units) * plan->pilot_unit;
     record->count = plan->pilot_unit;
-    return plan_set_importance(plan, record, NULL);
+    TRY(plan_set_importance(plan, record, NULL));
+    return plan_set_caps(plan, record, NULL);
+}
+
+bool plan_pilot_waits(const plan_t *plan)
+{
+    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit,
+                   caps = candidates - plan->split_units;
+    return (plan->pilot_next == caps && plan->sketch_units > 0 && !plan->has_importance) ||
+           (plan->pilot_next == candidates && plan->split_units > 0 && !plan->has_caps);
 }
 
 /* What a mutation of length k costs, in units that do not matter: each walk is half a path in the mean. Not
@@ -115,7 +133,10 @@ static void budget_shares(plan_t *plan)
     double sum = 0, needs = 0;
     if (plan_is_whole(plan)) {
         plan->lengths[0].share = 1;
-        plan->weight_max = plan->lengths[0].b;
+        return;
+    }
+    if (plan->split_samples > 0) {
+        plan_split_shares(plan);
         return;
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
@@ -129,17 +150,31 @@ static void budget_shares(plan_t *plan)
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
         length->share /= sum;
-        if (length->share > 0)
-            plan->weight_max = fmax(plan->weight_max, length->b / length->share);
     }
+}
+
+/* Samples beside chains: whole passes over the image, one at least, and what the chains then have. */
+static uint64_t budget_passes(const plan_t *plan)
+{
+    const double passes =
+        plan->lengths[0].share * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
+    const double most = 0.9 * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
+    return plan->pixels * at_least((uint64_t)rint(fmin(passes, most)), 1);
 }
 
 /* Divides the rule's mutations among the lengths, to the last one. */
 static void budget_total(plan_t *plan)
 {
-    uint64_t left = (uint64_t)plan->mutations_total;
+    uint64_t left = (uint64_t)plan->mutations_total, first = plan_first(plan);
     double share_left = 1;
-    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+    if (plan_splits(plan)) {
+        plan_length_t *samples = &plan->lengths[first++];
+        samples->budget = plan->mutations_total > 0 && samples->share > 0 ? budget_passes(plan) : UINT64_MAX;
+        if (samples->budget != UINT64_MAX)
+            left -= at_most(PLAN_SAMPLE_MUTATIONS * samples->budget, left);
+        share_left -= samples->share;
+    }
+    for (uint32_t k = (uint32_t)first; k <= plan_last(plan); k++) {
         plan_length_t *length = &plan->lengths[k];
         length->budget = plan->mutations_total > 0 ? 0 : UINT64_MAX;
         if (length->share == 0 || plan->mutations_total == 0)
@@ -178,9 +213,13 @@ static void budget_units(plan_t *plan)
         usual = at_most(usual, at_least((uint64_t)(seconds * USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
     const uint64_t chain = plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
     if (plan_is_whole(plan)) /* as long in time */
-        usual = at_least(usual / SAMPLE_MUTATIONS, UNIT_LEAST);
+        usual = at_least(usual / PLAN_SAMPLE_MUTATIONS, UNIT_LEAST);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         plan_length_t *length = &plan->lengths[k];
+        if (plan_is_samples(plan, k)) {
+            length->unit_mutations = budget_samples(plan, length->budget);
+            continue;
+        }
         uint64_t mutations = usual;
         if (length->share * 8 < 1) /* a length of little energy: smaller units, so that it has some */
             mutations = at_least((uint64_t)((double)usual * length->share * 8), UNIT_LEAST);
@@ -197,23 +236,19 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
 {
     plan->b = 0;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
-        plan->b += plan->lengths[k].b;
+        plan->b += plan_splits(plan) ? plan->lengths[k].light : plan->lengths[k].b;
     if (!(plan->b > 0))
         return fault_set(
             fault, FAULT_NO_LIGHT,
             "no light reaches the camera: none of %llu candidates carries any, over path lengths 1 to %u",
             (unsigned long long)plan->candidates, plan->settings.max_path_length);
-    if (plan_is_chains(plan)) {
-        budget_shares(plan);
-        budget_total(plan);
-        budget_units(plan);
-        return FAULT_NONE;
-    }
     plan->scale = exp2(-rint(log2(plan->b)));
-    plan->weight_max = 1 / plan->scale;
-    plan->lengths[0].budget = plan->mutations_total > 0 ? (uint64_t)plan->mutations_total : UINT64_MAX;
-    plan->lengths[0].share = 1;
-    plan->lengths[0].unit_mutations = budget_samples(plan, plan->lengths[0].budget);
+    budget_shares(plan);
+    budget_total(plan);
+    budget_units(plan);
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
+        if (plan->lengths[k].share > 0)
+            plan->weight_max = fmax(plan->weight_max, plan_weight(plan, k));
     return FAULT_NONE;
 }
 
@@ -237,7 +272,7 @@ static double budget_handed(const plan_t *plan)
 {
     double handed = 0;
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
-        handed += (double)plan->lengths[k].handed;
+        handed += plan_mutations_of(plan, k) * (double)plan->lengths[k].handed;
     return handed;
 }
 
@@ -251,8 +286,9 @@ static uint32_t budget_neediest(const plan_t *plan)
         const plan_length_t *length = &plan->lengths[k];
         if (length->share == 0 || length->handed >= length->budget)
             continue;
-        const double lag = (length->share * (handed + (double)length->unit_mutations) - (double)length->handed) /
-                           (double)length->unit_mutations;
+        const double unit = plan_mutations_of(plan, k) * (double)length->unit_mutations,
+                     own = plan_mutations_of(plan, k) * (double)length->handed,
+                     lag = (length->share * (handed + unit) - own) / unit;
         if (lag > need) {
             need = lag;
             neediest = k;
@@ -265,11 +301,15 @@ static uint32_t budget_neediest(const plan_t *plan)
 static bool refine_record(plan_t *plan, work_record_t *record)
 {
     const double due = budget_handed(plan) / (REFINE_PARTS * budget_sample(plan));
+    if (plan_splits(plan) && plan->lengths[0].share > 0) /* its samples do that */
+        return false;
     if (due < (double)(plan->refine_handed + PILOT_UNIT))
         return false;
     *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
-    if (plan_set_importance(plan, record, NULL))
+    if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
+        work_record_clear(record);
         return false;
+    }
     plan->refine_handed += PILOT_UNIT;
     return true;
 }
@@ -279,14 +319,18 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
     *record = (work_record_t){0};
     if (plan_is_chains(plan) && refine_record(plan, record))
         return true;
-    const uint32_t k = plan_is_chains(plan) ? budget_neediest(plan) : 0;
+    const uint32_t k = budget_neediest(plan);
     plan_length_t *length = &plan->lengths[k];
     if (length->share == 0 || length->handed >= length->budget)
         return false;
     const uint64_t count = at_most(length->unit_mutations, length->budget - length->handed);
-    if (!plan_is_chains(plan)) {
+    if (plan_is_samples(plan, k)) {
         *record =
             (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
+        if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
+            work_record_clear(record);
+            return false;
+        }
     } else {
         const uint64_t chains = at_most(length->unit_chains, count);
         *record = (work_record_t){.kind = WORK_CHAINS,
@@ -295,7 +339,7 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
                                   .count = chains,
                                   .mutations = count,
                                   .seeds = malloc(sizeof(uint64_t) * chains)};
-        if (!record->seeds || plan_set_importance(plan, record, NULL)) {
+        if (!record->seeds || plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
             work_record_clear(record);
             return false;
         }

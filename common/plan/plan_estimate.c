@@ -65,10 +65,9 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
 {
     *pixels = (plan_pixels_t){.plan = plan};
     const uint32_t first = plan_first(plan), last = plan_last(plan);
-    const bool chains = plan_is_chains(plan);
     double counted = 0, units = 0, sizes = 0;
     for (uint32_t k = first; k <= last; k++)
-        counted += plan_counted(plan, &plan->lengths[k]);
+        counted += plan_mutations_of(plan, k) * plan_counted(plan, &plan->lengths[k]);
     const double squares = plan->weight_max / counted; /* of one unit of c_k x */
     for (uint32_t k = first; k <= last; k++) {
         const plan_length_t *length = &plan->lengths[k];
@@ -76,8 +75,8 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
             continue;
         const uint32_t i = pixels->count++;
         double b_error = 0;
-        const double b = !chains ? 1 / plan->scale : plan_length_b(plan, k, &b_error);
-        const double c_k = !chains ? 1 : length->b / length->share / plan->weight_max;
+        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &b_error),
+                     c_k = plan_weight(plan, k) / plan->weight_max;
         pixels->sums[i] = length->film.sums;
         pixels->factor[i] = b / (plan_counted(plan, length) * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];

@@ -15,7 +15,7 @@ static double plan_samples_at(const plan_t *plan, size_t pixel)
     if (!plan_is_chains(plan))
         return (double)plan->lengths[0].merged / (double)plan->pixels;
     double samples = 0;
-    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+    for (uint32_t k = plan_is_whole(plan) ? 0 : 1; k <= plan_last(plan); k++) {
         const film_t *film = &plan->lengths[k].film;
         if (!film->sums)
             continue;
@@ -29,6 +29,8 @@ static double plan_samples_at(const plan_t *plan, size_t pixel)
         samples *= importance_at(&importance,
                                  (vec2_t){(double)(pixel % s->width) + 0.5, (double)(pixel / s->width) + 0.5});
     }
+    if (plan_splits(plan))
+        samples += (double)plan->lengths[0].merged / (double)plan->pixels;
     return samples;
 }
 

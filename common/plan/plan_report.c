@@ -93,6 +93,10 @@ static json_t *report_length(const plan_t *plan, uint32_t k)
     json_add(object, "techniques", techniques);
     if (plan_is_whole(plan))
         return object;
+    if (plan_splits(plan)) {
+        json_add_number(object, "light", plan->lengths[k].light);
+        json_add_number(object, "cap", plan->caps[k - 1]);
+    }
     json_add_number(object, "share", plan->lengths[k].share);
     report_chains(plan, &plan->lengths[k], object);
     return object;
@@ -163,7 +167,7 @@ json_t *plan_report(const plan_t *plan)
         json_add_number(root, "stratification", plan_estimate_strata(plan));
     double merged = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        merged += (double)plan->lengths[k].merged;
+        merged += plan_mutations_of(plan, k) * (double)plan->lengths[k].merged;
     json_add(root, "rates", report_rates(plan, merged));
     json_t *lengths = json_new_array();
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
@@ -173,6 +177,13 @@ json_t *plan_report(const plan_t *plan)
         json_t *chains = json_new_object();
         report_chains(plan, &plan->lengths[0], chains);
         json_add(root, "chains", chains);
+    }
+    if (plan_splits(plan)) {
+        json_t *samples = json_new_object();
+        json_add_number(samples, "share", plan->lengths[0].share);
+        json_add_number(samples, "samples", (double)plan->lengths[0].merged);
+        json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);
+        json_add(root, "samples", samples);
     }
     json_t *pilot = json_new_object();
     json_add_number(pilot, "candidates", (double)plan->candidates);

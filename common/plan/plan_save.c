@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 5 };
+enum { PLAN_SAVE_VERSION = 6 };
 
 /* ---- arrays ---- */
 
@@ -80,6 +80,7 @@ static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t
 {
     wire_put_f64(out, length->b);
     wire_put_f64(out, length->need);
+    wire_put_f64(out, length->light);
     wire_put_u64(out, length->units_in);
     wire_put_u64(out, length->merged);
     wire_put_u64(out, length->zero_proposals);
@@ -105,6 +106,9 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
     length->need = wire_get_f64(in, "need");
     if (!in->code && (!(length->need >= 0) || !isfinite(length->need)))
         wire_reader_fail(in, FAULT_RANGE, "need", "%g", length->need);
+    length->light = wire_get_f64(in, "light");
+    if (!in->code && (!(length->light >= 0) || !isfinite(length->light)))
+        wire_reader_fail(in, FAULT_RANGE, "light", "%g", length->light);
     length->units_in = wire_get_u64(in, "units_in");
     length->merged = wire_get_u64(in, "merged");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");
@@ -168,6 +172,37 @@ static fault_code_t check_b_whole(const plan_t *plan, wire_reader_t *in)
     return FAULT_NONE;
 }
 
+static void put_split(wire_writer_t *out, const plan_t *plan)
+{
+    wire_put_u64(out, plan->split_rays);
+    wire_put_u8(out, plan->has_caps);
+    if (!plan->has_caps)
+        return;
+    wire_put_f64(out, plan->split_samples);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        wire_put_f64(out, plan->caps[k - 1]);
+}
+
+static void get_split(wire_reader_t *in, plan_t *plan)
+{
+    plan->split_rays = wire_get_u64(in, "split rays");
+    const uint8_t has_caps = wire_get_u8(in, "caps");
+    if (!in->code && (has_caps > 1 || (has_caps && plan->split_units == 0)))
+        wire_reader_fail(in, FAULT_FORMAT, "caps", "%u, of a job %s split", has_caps,
+                         plan->split_units ? "with a" : "without");
+    plan->has_caps = !in->code && has_caps;
+    if (!plan->has_caps)
+        return;
+    plan->split_samples = wire_get_f64(in, "split samples");
+    if (!in->code && (!(plan->split_samples >= 0) || !isfinite(plan->split_samples)))
+        wire_reader_fail(in, FAULT_RANGE, "split samples", "%g", plan->split_samples);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {
+        plan->caps[k - 1] = wire_get_f64(in, "caps");
+        if (!in->code && !(plan->caps[k - 1] >= 0))
+            wire_reader_fail(in, FAULT_RANGE, "caps", "%g", plan->caps[k - 1]);
+    }
+}
+
 static void put_totals(wire_writer_t *out, const plan_t *plan)
 {
     wire_put_f64(out, plan->seconds);
@@ -188,6 +223,7 @@ static void put_totals(wire_writer_t *out, const plan_t *plan)
     wire_put_u8(out, plan->has_importance);
     for (int i = 0; plan->has_importance && i < IMPORTANCE_BLOCKS; i++)
         wire_put_f64(out, plan->importance[i]);
+    put_split(out, plan);
 }
 
 static void get_totals(wire_reader_t *in, plan_t *plan)
@@ -217,6 +253,7 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
         if (!in->code && !(plan->importance[i] >= 1e-3 && plan->importance[i] <= 1e3))
             wire_reader_fail(in, FAULT_RANGE, "importance", "%g, expected 0.001 to 1000", plan->importance[i]);
     }
+    get_split(in, plan);
 }
 
 /* ---- saving ---- */
@@ -441,6 +478,12 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
     if (plan->sketch_units > 0 && plan->has_importance != (plan->sketch_in == plan->sketch_units))
         return wire_reader_fail(in, FAULT_FORMAT, "importance", "does not go with %llu of %llu sketch units",
                                 (unsigned long long)plan->sketch_in, (unsigned long long)plan->sketch_units);
+    const uint64_t caps = plan->pilot_units - plan->candidates / plan->pilot_unit - plan->split_units;
+    for (uint64_t i = caps; i < count && i < caps + plan->split_units; i++)
+        plan->split_in += states[i] == PLAN_UNIT_IN;
+    if (plan->split_units > 0 && plan->has_caps != (plan->split_in == plan->split_units))
+        return wire_reader_fail(in, FAULT_FORMAT, "caps", "do not go with %llu of %llu units",
+                                (unsigned long long)plan->split_in, (unsigned long long)plan->split_units);
     plan->resume = 0;
     if ((plan->phase == PLAN_RENDER ? count < plan->pilot_units : plan->in == plan->pilot_units))
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",

@@ -32,7 +32,7 @@ void plan_sketch_record(const plan_t *plan, uint64_t index, work_record_t *recor
 
 bool plan_is_sketch(const work_record_t *record)
 {
-    return record->kind == WORK_PILOT && record->first >= SKETCH_FIRST;
+    return record->kind == WORK_PILOT && record->first >= SKETCH_FIRST && !plan_is_split(record);
 }
 
 static void sketch_finish(plan_t *plan)

@@ -6,6 +6,9 @@
 #include "plan/exact.h"
 #include "plan/plan.h"
 
+/* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
+enum { PLAN_SAMPLE_MUTATIONS = 10 };
+
 typedef enum plan_unit_state { PLAN_UNIT_OUT = 0, PLAN_UNIT_IN = 1 } plan_unit_state_t;
 
 typedef struct plan_unit {
@@ -24,7 +27,8 @@ typedef struct plan_moments {
 typedef struct plan_length {
     /* pilot */
     double *weights; /* of the candidates; after the pilot their running sum, where chains start from them */
-    double b;        /* the pilot's estimate */
+    double b;        /* the pilot's estimate of what chains follow */
+    double light;    /* and of all light of the length, without importance and cap */
     double need; /* mean over the image's blocks of I_k m / (I^2 + 0.01 m^2): how much the error is in its pixels */
     double share;                         /* of the mutations; 0: nothing to render */
     double techniques[PATH_MAX_VERTICES]; /* their shares of b by the pilot, for algorithms that want them */
@@ -64,12 +68,17 @@ struct plan {
     bool has_importance;
     double importance[IMPORTANCE_BLOCKS]; /* once the sketch is in */
     double *pilot_blocks;                 /* [pilot units][K][WORK_BLOCKS], as long */
-    uint64_t refine_handed;               /* samples */
-    plan_length_t *lengths;               /* [max_path_length + 1]; see plan_first */
-    double b;                             /* sum of the pilot's b_k: the unit of the estimators' sums */
-    double scale;                         /* samples: film value of a contribution of 1; a power of two */
-    uint64_t sample_unit;                 /* samples a unit */
-    double weight_max;                    /* largest b_k / share_k */
+    uint64_t split_units;          /* with split: units for the choice of the caps, after the sketch's; else 0 */
+    uint64_t split_in, split_rays; /* of them in, and what they traced */
+    bool has_caps;
+    double caps[PATH_MAX_LENGTH]; /* of length k in [k - 1], once those units are in; infinite: no chains */
+    double split_samples;   /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
+    uint64_t refine_handed; /* samples */
+    plan_length_t *lengths; /* [max_path_length + 1]; see plan_first */
+    double b;              /* sum of the pilot's b_k (with split: of all light): the unit of the estimators' sums */
+    double scale;          /* samples: film value of a contribution of 1; a power of two */
+    uint64_t sample_unit;  /* samples a unit */
+    double weight_max;     /* largest b_k / share_k */
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
@@ -93,6 +102,12 @@ static inline bool plan_is_chains(const plan_t *plan)
     return settings_is_chains(plan->settings.algorithm);
 }
 
+/* Whether samples bring a part of the light that chains do not: lengths[0] is theirs beside the chains' lengths. */
+static inline bool plan_splits(const plan_t *plan)
+{
+    return plan->split_units > 0;
+}
+
 /* Whether a unit is of all lengths at once: samples, and chains that join all. */
 static inline bool plan_is_whole(const plan_t *plan)
 {
@@ -102,17 +117,37 @@ static inline bool plan_is_whole(const plan_t *plan)
 /* Those of lengths[] that have units, film and counts of them: each length has its own, or [0] all. */
 static inline uint32_t plan_first(const plan_t *plan)
 {
-    return plan_is_whole(plan) ? 0 : 1;
+    return plan_is_whole(plan) || plan_splits(plan) ? 0 : 1;
 }
 static inline uint32_t plan_last(const plan_t *plan)
 {
     return plan_is_whole(plan) ? 0 : plan->settings.max_path_length;
 }
 
+/* Whether lengths[k] is of samples, not of chains. */
+static inline bool plan_is_samples(const plan_t *plan, uint32_t k)
+{
+    return k == 0 && (!plan_is_chains(plan) || plan_splits(plan));
+}
+
+/* Mutations that one of lengths[k] counts as, in shares and in the rule mutations_per_pixel. */
+static inline double plan_mutations_of(const plan_t *plan, uint32_t k)
+{
+    return k == 0 && plan_splits(plan) ? PLAN_SAMPLE_MUTATIONS : 1;
+}
+
+/* What a splat of 1 on the film of lengths[k] is in the image, times all mutations there will be. */
+static inline double plan_weight(const plan_t *plan, uint32_t k)
+{
+    const plan_length_t *length = &plan->lengths[k];
+    const double b = plan_is_samples(plan, k) ? plan_mutations_of(plan, k) / plan->scale : length->b;
+    return b / length->share;
+}
+
 /* Whether chains of lengths[k] start from candidates. */
 static inline bool plan_has_seeds(const plan_t *plan, uint32_t k)
 {
-    return plan_is_chains(plan) && (k == 0) == plan_is_whole(plan);
+    return plan_is_chains(plan) && !plan_is_samples(plan, k) && (k == 0) == plan_is_whole(plan);
 }
 
 /* Mutations that count: with failures = published those alone that carried light. */
@@ -137,11 +172,26 @@ void plan_absorb_sketch(plan_t *plan, const work_record_t *record, const work_re
 /* Gives the record a copy of the importance, if there is one. */
 fault_code_t plan_set_importance(const plan_t *plan, work_record_t *record, fault_t *fault);
 
+/* plan_split.c */
+/* How many of the pilot's units are for the caps: 0 without split. */
+uint64_t plan_split_size(const plan_t *plan, uint64_t units);
+void plan_split_record(const plan_t *plan, uint64_t index, work_record_t *record);
+bool plan_is_split(const work_record_t *record);
+/* Takes in a unit of them; the last one fixes the caps. */
+void plan_absorb_split(plan_t *plan, const work_record_t *record, const work_result_t *result);
+/* After the pilot: lengths without chains. Then the shares of samples and lengths. */
+void plan_split_settle(plan_t *plan);
+void plan_split_shares(plan_t *plan);
+/* Gives the record a copy of the caps that it needs, if there are any. */
+fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *fault);
+
 /* plan_budget.c */
 /* Sizes of the first phase from the job; called once. */
 void plan_size_pilot(plan_t *plan);
 /* Unit number `index` of the first phase. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
+/* Whether the next of them waits for those before it to come in. */
+bool plan_pilot_waits(const plan_t *plan);
 /* After the pilot: shares, unit sizes, scales. FAULT_NO_LIGHT if nothing was found. */
 fault_code_t plan_size_render(plan_t *plan, fault_t *fault);
 /* After the pilot's sums are in: shares of the techniques. */
