@@ -17,6 +17,14 @@ void settings_default(settings_t *settings)
     };
 }
 
+void settings_auto(settings_t *settings)
+{
+    settings->algorithm = SETTINGS_RJMLT;
+    settings->partial_step = 0.5;
+    settings->equalize = 1;
+    settings->split = 20;
+}
+
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
 {
     static const char *const names[SETTINGS_ALGORITHMS] = {"pt",       "bdpt",      "mmlt",       "rjmlt", "cmlt",

@@ -56,6 +56,9 @@ typedef struct settings {
 
 /* Defaults for everything. */
 void settings_default(settings_t *settings);
+/* What a job means by the algorithm "auto": the moves and the split between samples and chains that were measured to
+ * be best (docs/gains.md). */
+void settings_auto(settings_t *settings);
 const char *settings_algorithm_name(settings_algorithm_t algorithm); /* "mmlt" */
 
 /* What an algorithm is made of. */

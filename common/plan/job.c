@@ -46,8 +46,9 @@ static fault_code_t job_read_path(const json_t *object, const char *path, const 
 }
 
 static const char *const filter_names[SCENE_FILTER_KINDS] = {"box", "triangle", "gaussian"};
-static const char *const algorithm_names[SETTINGS_ALGORITHMS] = {
-    "pt", "bdpt", "mmlt", "rjmlt", "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt"};
+enum { JOB_AUTO = SETTINGS_ALGORITHMS };
+static const char *const algorithm_names[SETTINGS_ALGORITHMS + 1] = {
+    "pt", "bdpt", "mmlt", "rjmlt", "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt", "auto"};
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
 static const char *const failure_names[SETTINGS_FAILURES] = {"plain", "delayed", "published"};
@@ -197,14 +198,17 @@ static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
     TRY(job_read_path(root, "", "scene", job->scene, fault));
     if (job->scene[0] == '\0')
         return fault_set(fault, FAULT_FORMAT, "scene: missing, expected the path of a scene file or bundle");
-    int algorithm = settings->algorithm, target = settings->target;
+    int algorithm = JOB_AUTO, target = settings->target;
     int64_t length = 0;
     TRY(job_read_film(root, settings, fault));
-    TRY(job_read_choice(root, "", "algorithm", algorithm_names, SETTINGS_ALGORITHMS, &algorithm, fault));
+    TRY(job_read_choice(root, "", "algorithm", algorithm_names, SETTINGS_ALGORITHMS + 1, &algorithm, fault));
     TRY(json_read_int_or(root, "", "max_path_length", 1, PATH_MAX_LENGTH, &length, fault));
     TRY(json_read_u64_or(root, "", "seed", &settings->seed, fault));
     TRY(job_read_choice(root, "", "target", target_names, 2, &target, fault));
-    settings->algorithm = (settings_algorithm_t)algorithm;
+    if (algorithm == JOB_AUTO)
+        settings_auto(settings);
+    else
+        settings->algorithm = (settings_algorithm_t)algorithm;
     settings->target = (settings_target_t)target;
     settings->max_path_length = (uint32_t)length;
     if (settings_joins_all(settings->algorithm)) { /* it has no such moves, whatever the others' defaults */

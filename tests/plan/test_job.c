@@ -34,7 +34,8 @@ static void absent_fields_have_their_defaults(void **state)
         assert_string_equal(job.report, "");
         assert_true(job.preview_exposure == 0);
         assert_true(job.stop.seconds == 30 && job.stop.mutations_per_pixel == 0 && job.stop.error == 0);
-        assert_int_equal(job.settings.algorithm, SETTINGS_MMLT);
+        assert_int_equal(job.settings.algorithm, SETTINGS_RJMLT); /* what "auto" is */
+        assert_true(job.settings.equalize == 1 && job.settings.split > 0);
         assert_int_equal(job.settings.width, 0);
         assert_int_equal(job.settings.height, 0);
         assert_int_equal(job.settings.filter, -1);
@@ -155,8 +156,8 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','film':{'filter_radius':2}}", FAULT_FORMAT, "film.filter_radius",
            "film.filter, which is missing");
     refuse("{'scene':'x','algorithm':'MMLT'}", FAULT_UNKNOWN, "algorithm: \"MMLT\"",
-           "\"pt\", \"bdpt\", \"mmlt\", \"rjmlt\", \"cmlt\", \"cmlt-rex\", \"cmlt-ipsm\", \"pssmlt-mix\" or "
-           "\"pssmlt\"");
+           "\"pt\", \"bdpt\", \"mmlt\", \"rjmlt\", \"cmlt\", \"cmlt-rex\", \"cmlt-ipsm\", \"pssmlt-mix\", "
+           "\"pssmlt\" or \"auto\"");
     refuse("{'scene':'x','algorithm':'pssmlt-mix','chains':{'failures':'published'}}", FAULT_UNSUPPORTED,
            "chains.failures", "mmlt, rjmlt and cmlt");
     refuse("{'scene':'x','algorithm':'pssmlt','chains':{'failures':'published'}}", FAULT_UNSUPPORTED,
@@ -171,12 +172,16 @@ static void values_out_of_range_are_refused(void **state)
            "chains.failures", "cmlt-ipsm");
     refuse("{'scene':'x','algorithm':'cmlt-rex','chains':{'auxiliary_step':0.1}}", FAULT_UNSUPPORTED,
            "chains.auxiliary_step", "mmlt, rjmlt and cmlt");
-    refuse("{'scene':'x','chains':{'auxiliary_step':0.1,'failures':'published'}}", FAULT_UNSUPPORTED,
-           "chains.auxiliary_step", "published");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'auxiliary_step':0.1,'failures':'published'}}",
+           FAULT_UNSUPPORTED, "chains.auxiliary_step", "published");
     refuse("{'scene':'x','chains':{'auxiliary_step':0.7,'large_step':0.4}}", FAULT_RANGE, "auxiliary_step",
            "more than 1");
-    refuse("{'scene':'x','chains':{'equalize':1,'failures':'published'}}", FAULT_UNSUPPORTED, "chains.equalize",
-           "published");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'equalize':1,'failures':'published'}}", FAULT_UNSUPPORTED,
+           "chains.equalize", "published");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'split':5,'failures':'published'}}", FAULT_UNSUPPORTED,
+           "chains.split", "published");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'split':5}}", FAULT_UNSUPPORTED, "chains.split", "pssmlt");
+    refuse("{'scene':'x','chains':{'split':-1}}", FAULT_RANGE, "chains.split", "1000000");
     refuse("{'scene':'x','chains':{'equalize':1.5}}", FAULT_RANGE, "chains.equalize", "1");
     refuse("{'scene':'x','chains':{'failures':'rectified'}}", FAULT_UNKNOWN, "chains.failures", "\"published\"");
     refuse("{'scene':'x','chains':{'partial_step':1.5}}", FAULT_RANGE, "chains.partial_step", "1");
@@ -296,6 +301,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->jump_step = number(0, 1 - s->large_step);
         s->partial_step = s->algorithm == SETTINGS_PSSMLT ? 0 : number(0, 1);
         s->equalize = s->algorithm == SETTINGS_MMLT ? 0 : number(0, 1);
+        s->split = coin() && s->algorithm > SETTINGS_MMLT && s->algorithm != SETTINGS_PSSMLT ? number(0, 100) : 0;
         s->failures = s->algorithm == SETTINGS_MMLT ? SETTINGS_FAILURES_PUBLISHED : SETTINGS_FAILURES_PLAIN;
         s->auxiliary_step = s->algorithm == SETTINGS_CMLT ? 1 - s->large_step - s->jump_step : 0;
         s->step_max = number(1e-9, 0.5);
@@ -314,7 +320,7 @@ static void two_spellings_have_one_text(void **state)
     const job_t
         a = plan_fixture_job("{'seed':7,'scene':'x','stop':{'error':1e-1,'seconds':10}}"),
         b = plan_fixture_job(
-            "{'stop':{'seconds':1.0e1,'error':0.1},'film':{},'scene':'\\u0078','algorithm':'mmlt','seed':'7'}");
+            "{'stop':{'seconds':1.0e1,'error':0.1},'film':{},'scene':'\\u0078','algorithm':'auto','seed':'7'}");
     char *text = job_print(&a), *other = job_print(&b);
     assert_string_equal(text, other);
     free(text);

@@ -16,6 +16,16 @@
 enum { MMLT, BDPT, PSSMLT, PT, ALGORITHMS };
 static const char *const algorithms[ALGORITHMS] = {"mmlt", "bdpt", "pssmlt", "pt"};
 
+/* Every algorithm, with an importance and without, and chains with samples beside them. */
+typedef struct course {
+    const char *algorithm;
+    double equalize, split;
+} course_t;
+static const course_t courses[] = {{"mmlt", 0, 0},   {"mmlt", 1, 0},     {"mmlt", 0, 20},
+                                   {"mmlt", 0.5, 3}, {"bdpt", 0, 0},     {"pssmlt", 0, 0},
+                                   {"pt", 0, 0},     {"pssmlt", 0.5, 0}, {"rjmlt", 1, 500}};
+enum { COURSES = sizeof courses / sizeof *courses };
+
 static uint64_t counter;
 
 static uint64_t draw(uint64_t below)
@@ -23,19 +33,19 @@ static uint64_t draw(uint64_t below)
     return random_u64(random_key(2385, RANDOM_PURPOSE_TEST, 2, 0), counter++) % below;
 }
 
-static job_t job_with(const char *algorithm, const char *stop, const char *more, double equalize)
+static job_t job_with(const course_t *course, const char *stop, const char *more)
 {
     char text[512];
     snprintf(text, sizeof text,
              "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'pilot_samples':"
-             "20000,'equalize':%g}%s}",
-             algorithm, stop, equalize, more);
+             "20000,'equalize':%g,'split':%g}%s}",
+             course->algorithm, stop, course->equalize, course->split, more);
     return plan_fixture_job(text);
 }
 
 static job_t job_of(const char *algorithm, const char *stop, const char *more)
 {
-    return job_with(algorithm, stop, more, 0);
+    return job_with(&(course_t){algorithm, 0, 0}, stop, more);
 }
 
 /* ---- order, repetition, restarts ---- */
@@ -182,9 +192,11 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
     flight_t flight = {.count = 0};
-    for (int a = 0; a < 2 * ALGORITHMS; a++) {
-        const job_t job =
-            job_with(algorithms[a / 2], "'mutations_per_pixel':20", ",'film':{'filter':'gaussian'}", a % 2);
+    for (int a = 0; a < COURSES; a++) {
+        const double budget = courses[a].split > 0 ? 60 : 20; /* else there is no room for samples */
+        char rule[64];
+        snprintf(rule, sizeof rule, "'mutations_per_pixel':%g", budget);
+        const job_t job = job_with(&courses[a], rule, ",'film':{'filter':'gaussian'}");
         plan_worker_t worker;
         plan_worker_make(&worker, &job, &small.scene);
         plan_t *reference = plan_fixture_new(&job, &small.scene);
@@ -193,7 +205,7 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
             plan_t *plan = run_wildly(&job, &small.scene, &worker, &flight);
             plan_progress_t progress;
             plan_progress(plan, &progress);
-            assert_true(progress.mutations == 20 * 24 * 24);
+            assert_true(progress.mutations == budget * 24 * 24);
             assert_string_equal(progress.stopped_by, "mutations_per_pixel");
             assert_same_outcome(plan, reference);
             plan_destroy(&plan);
@@ -214,8 +226,8 @@ static void checkpoints_come_back_as_they_were(void **state)
     (void)state;
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
-    for (int a = 0; a < 2 * ALGORITHMS; a++) {
-        const job_t job = job_with(algorithms[a / 2], "'mutations_per_pixel':20", "", 0.5 * (a % 2));
+    for (int a = 0; a < COURSES; a++) {
+        const job_t job = job_with(&courses[a], "'mutations_per_pixel':45", "");
         plan_worker_t worker;
         plan_worker_make(&worker, &job, &small.scene);
         plan_t *plan = plan_fixture_new(&job, &small.scene);

@@ -10,7 +10,8 @@
 #include "agreement.h"
 #include "load.h"
 
-static const char *const chains[] = {"mmlt", "rjmlt", "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt"};
+static const char *const chains[] = {"mmlt",      "rjmlt",      "cmlt",   "cmlt-rex",
+                                     "cmlt-ipsm", "pssmlt-mix", "pssmlt", "auto"};
 enum { SEEDS = 24, LENGTH = 6, CHAINS = sizeof chains / sizeof *chains };
 
 /* False alarms: 1e-6 in a whole run of 8 scenes, 17 regions, two sides. */

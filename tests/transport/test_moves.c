@@ -30,6 +30,8 @@ static const variant_t variants[] = {
     {"delayed, gaussian", "mmlt",
      CHAINS(",\"kernel\":\"gaussian\",\"step_max\":0.05,\"technique_step\":0.1,\"failures\":\"delayed\"")},
     {"equalize", "rjmlt", CHAINS(",\"jump_step\":0.2,\"equalize\":1")},
+    {"split", "rjmlt", CHAINS(",\"jump_step\":0.2,\"equalize\":1,\"split\":10")},
+    {"split, exchange", "cmlt-rex", CHAINS(",\"jump_step\":0.2,\"split\":30")},
     {"equalize, all lengths", "pssmlt", CHAINS(",\"equalize\":0.7")},
     {"auxiliary", "cmlt", CHAINS(",\"jump_step\":0.1,\"auxiliary_step\":0.2")},
 };

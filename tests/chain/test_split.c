@@ -1,0 +1,180 @@
+/* Light shared between samples and chains: what one gets the other lacks, to the last digit and in records. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/random.h"
+#include "chain/split.h"
+#include "chain/work_fixture.h"
+
+enum { SAMPLES = 24 * 24 * 8, K = WORK_FIXTURE_LENGTH };
+
+static work_fixture_t fixture;
+static const atomic_bool go = false;
+
+/* The fixture's own renderer is of a job without split; one more, of a job with it. */
+static renderer_t *renderer;
+static work_space_t *space;
+
+static int make(void **state)
+{
+    (void)state;
+    fault_t fault = {0};
+    work_fixture_make(&fixture, SMALL_LIGHT_AREA, SETTINGS_MMLT);
+    settings_t settings = fixture.settings;
+    settings.split = 10;
+    return renderer_new(&renderer, &fixture.small.scene, &settings, &fault) ||
+           work_space_new(&space, renderer, &fault);
+}
+
+static int clear(void **state)
+{
+    (void)state;
+    work_space_destroy(&space);
+    renderer_destroy(&renderer);
+    work_fixture_clear(&fixture);
+    return 0;
+}
+
+static void the_parts_add_up(void **state)
+{
+    (void)state;
+    const uint64_t key = random_key(2385, RANDOM_PURPOSE_TEST, 21, 0);
+    for (uint64_t i = 0; i < 10000; i++) {
+        const double c = pow(10, 20 * random_double(key, 2 * i) - 10),
+                     cap = i % 10 == 0   ? 0
+                           : i % 10 == 1 ? INFINITY
+                                         : c * pow(10, 4 * random_double(key, 2 * i + 1) - 2),
+                     kept = split_kept(c, cap), excess = split_excess(c, cap);
+        assert_true(kept >= 0 && kept <= 1 && kept * c <= cap * (1 + 1e-15));
+        if (!(fabs(kept * c + fmax(excess, 0) - c) <= 4e-16 * c))
+            fail_msg("%g and %g of %g at the cap %g", kept * c, excess, c, cap);
+    }
+}
+
+/* Sums of a unit of samples: the film's luminance over the scale, and what chains would follow. */
+typedef struct parts {
+    double film, chains[K + 1], squares;
+} parts_t;
+
+static parts_t parts_of(const double *caps)
+{
+    double copy[K];
+    work_record_t record = {.kind = WORK_SAMPLES, .count = SAMPLES, .scale = 0x1p-10};
+    work_result_t result;
+    fault_t fault = {0};
+    parts_t parts = {0};
+    if (caps) {
+        memcpy(copy, caps, sizeof copy);
+        record.caps = copy;
+        record.cap_count = K;
+    }
+    if (work_run(caps ? space : fixture.space, &record, &go, &result, &fault))
+        fail_msg("%s", fault.text);
+    for (uint32_t y = 0; y < result.film.height; y++)
+        for (uint32_t x = 0; x < result.film.width; x++)
+            parts.film += rgb_luminance(film_value(&result.film, x, y)) / record.scale;
+    for (uint32_t k = 1; k <= K; k++) {
+        parts.chains[k] = result.moments[work_samples_moment(k)].sum;
+        parts.squares += result.moments[work_samples_moment(k)].sum2;
+    }
+    return parts;
+}
+
+static double total(const parts_t *parts)
+{
+    double sum = 0;
+    for (uint32_t k = 1; k <= K; k++)
+        sum += parts->chains[k];
+    return sum;
+}
+
+/* The same samples under different caps: film and excess add up to the samples' whole light. Rounding in the film
+ * is 2^-28 of its unit a splat. */
+static void what_samples_leave_is_what_chains_follow(void **state)
+{
+    (void)state;
+    const parts_t whole = parts_of(NULL);
+    const double rounding = 3.0 * SAMPLES * (K + 1) * 0x1p-28 / 0x1p-10 + 1e-9 * whole.film;
+    assert_true(fabs(whole.film - total(&whole)) < rounding); /* a box filter: all of it is in the image */
+    static const double sizes[] = {0, 0.1, 1, 10, 1e3, INFINITY};
+    double before = -1;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        double caps[K];
+        for (uint32_t k = 1; k <= K; k++)
+            caps[k - 1] = sizes[i] * whole.chains[k] / SAMPLES;
+        const parts_t parts = parts_of(caps);
+        if (!(fabs(parts.film + total(&parts) - whole.film) < rounding))
+            fail_msg("caps of %g means: %g of samples and %g of chains, expected %g", sizes[i], parts.film,
+                     total(&parts), whole.film);
+        assert_true(i < 4 ? parts.film > before
+                          : parts.film >= before); /* the higher, the more is left to samples */
+        before = parts.film;
+        if (sizes[i] == 0)
+            assert_true(parts.film == 0 && parts.squares == whole.squares);
+        if (sizes[i] == INFINITY)
+            assert_true(parts.film == whole.film && total(&parts) == 0);
+    }
+}
+
+static void refuse(const work_record_t *record, work_space_t *of, const char *expected)
+{
+    work_result_t result;
+    fault_t fault = {0};
+    assert_int_equal(work_run(of, record, &go, &result, &fault), FAULT_RANGE);
+    if (!strstr(fault.text, expected))
+        fail_msg("\"%s\", expected \"%s\" in it", fault.text, expected);
+}
+
+static void caps_that_do_not_fit_are_refused(void **state)
+{
+    (void)state;
+    double caps[K + 1] = {1, 1, 1, 1, 1, 1};
+    work_record_t record = {.kind = WORK_SAMPLES, .count = 10, .scale = 1, .cap_count = K, .caps = caps};
+    refuse(&record, fixture.space, "caps");
+    record.cap_count = K + 1;
+    refuse(&record, space, "caps");
+    record.cap_count = 0;
+    refuse(&record, space, "without caps");
+}
+
+static void records_keep_their_caps(void **state)
+{
+    (void)state;
+    static const double values[] = {2.385, 0, INFINITY, -1, NAN};
+    for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+        double caps[3] = {1, values[i], 1e300};
+        const work_record_t record = {.kind = WORK_REFINE, .count = 10, .cap_count = 3, .caps = caps};
+        work_record_t back;
+        uint8_t *data;
+        size_t size;
+        fault_t fault = {0};
+        assert_int_equal(work_record_encode(&record, &data, &size, &fault), FAULT_NONE);
+        const fault_code_t code = work_record_decode(&back, data, size, &fault);
+        if (values[i] >= 0) {
+            assert_int_equal(code, FAULT_NONE);
+            assert_int_equal(back.cap_count, 3);
+            assert_memory_equal(back.caps, caps, sizeof caps);
+        } else {
+            assert_int_equal(code, FAULT_RANGE);
+            assert_non_null(strstr(fault.text, "caps"));
+        }
+        work_record_clear(&back);
+        free(data);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_parts_add_up),
+        cmocka_unit_test(what_samples_leave_is_what_chains_follow),
+        cmocka_unit_test(caps_that_do_not_fit_are_refused),
+        cmocka_unit_test(records_keep_their_caps),
+    };
+    return cmocka_run_group_tests(tests, make, clear);
+}
