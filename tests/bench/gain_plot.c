@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "draw/svg.h"
 #include "seeds.h"
-#include "svg.h"
 
 enum {
     COLUMNS = 3,

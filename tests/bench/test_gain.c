@@ -20,7 +20,7 @@
 #include "seeds.h"
 #include "solo.h"
 #include "support/near.h"
-#include "svg.h"
+#include "draw/svg.h"
 
 /* ---- figures over seeds ---- */
 
