@@ -34,12 +34,9 @@ const char *job_file_output_name(message_output_t output)
     return "output";
 }
 
-fault_code_t job_file_output(const job_t *job, message_output_t output, const char *folder,
-                             char path[JOB_PATH_SIZE], bool *wanted, fault_t *fault)
+static fault_code_t place_of(const char *name, const char *folder, char path[JOB_PATH_SIZE], bool *wanted,
+                             fault_t *fault)
 {
-    const char *name = output == MESSAGE_OUTPUT_IMAGE     ? job->image
-                       : output == MESSAGE_OUTPUT_PREVIEW ? job->preview
-                                                          : job->report;
     *wanted = name[0] != '\0';
     path[0] = '\0';
     if (!*wanted)
@@ -52,20 +49,43 @@ fault_code_t job_file_output(const job_t *job, message_output_t output, const ch
     return file_join(path, JOB_PATH_SIZE, folder, last ? last + 1 : name, fault);
 }
 
+fault_code_t job_file_output(const job_t *job, message_output_t output, const char *folder,
+                             char path[JOB_PATH_SIZE], bool *wanted, fault_t *fault)
+{
+    return place_of(output == MESSAGE_OUTPUT_IMAGE     ? job->image
+                    : output == MESSAGE_OUTPUT_PREVIEW ? job->preview
+                                                       : job->report,
+                    folder, path, wanted, fault);
+}
+
+fault_code_t job_file_page(const job_t *job, const char *folder, char path[JOB_PATH_SIZE], bool *wanted,
+                           fault_t *fault)
+{
+    return place_of(job->page, folder, path, wanted, fault);
+}
+
+/* Whether an output's folder can be written to. */
+static fault_code_t check_folder(const char *path, const char *name, fault_t *fault)
+{
+    char place[JOB_PATH_SIZE];
+    TRY(file_folder_of(place, sizeof place, path, fault));
+    if (access(place, W_OK | X_OK) != 0)
+        return fault_set(fault, errno == ENOENT ? FAULT_NOT_FOUND : FAULT_IO, "output.%s: the folder %s: %s", name,
+                         place, strerror(errno));
+    return FAULT_NONE;
+}
+
 fault_code_t job_file_check_folders(const job_t *job, const char *folder, fault_t *fault)
 {
+    char path[JOB_PATH_SIZE];
+    bool wanted;
     if (folder)
         TRY(file_make_folder(folder, fault));
     for (int output = MESSAGE_OUTPUT_IMAGE; output <= MESSAGE_OUTPUT_REPORT; output++) {
-        char path[JOB_PATH_SIZE], place[JOB_PATH_SIZE];
-        bool wanted;
         TRY(job_file_output(job, (message_output_t)output, folder, path, &wanted, fault));
-        if (!wanted)
-            continue;
-        TRY(file_folder_of(place, sizeof place, path, fault));
-        if (access(place, W_OK | X_OK) != 0)
-            return fault_set(fault, errno == ENOENT ? FAULT_NOT_FOUND : FAULT_IO, "output.%s: the folder %s: %s",
-                             job_file_output_name((message_output_t)output), place, strerror(errno));
+        if (wanted)
+            TRY(check_folder(path, job_file_output_name((message_output_t)output), fault));
     }
-    return FAULT_NONE;
+    TRY(job_file_page(job, folder, path, &wanted, fault));
+    return wanted ? check_folder(path, "page", fault) : FAULT_NONE;
 }

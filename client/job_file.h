@@ -16,6 +16,9 @@ fault_code_t job_file_read(job_file_t *file, const char *path, fault_t *fault);
  * *wanted is false if the job names none. */
 fault_code_t job_file_output(const job_t *job, message_output_t output, const char *folder,
                              char path[JOB_PATH_SIZE], bool *wanted, fault_t *fault);
+/* The same of the page, which is made of the report and the preview (report_page.h). */
+fault_code_t job_file_page(const job_t *job, const char *folder, char path[JOB_PATH_SIZE], bool *wanted,
+                           fault_t *fault);
 /* "image", "preview", "report" */
 const char *job_file_output_name(message_output_t output);
 /* Makes the folder, if one is given, and sees that every wanted output's folder is there and can be written to. */

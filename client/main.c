@@ -13,6 +13,7 @@ static const char usage[] =
     "  render JOB.json [--workers N] [--out DIR]   render a job, from scene file to picture\n"
     "  pack SCENE -o FILE                          a scene as one checked file\n"
     "  compare IMAGE REFERENCE [--json]            how far an image is from a reference\n"
+    "  report REPORT.json -o PAGE.html             a report as a page to look at, or as tables (--csv)\n"
     "  lab [EXPERIMENT]                            Markov chains with known laws, right and wrong\n"
     "\n"
     "With a master (garland-master) and its workers (garland-worker):\n"
@@ -29,10 +30,10 @@ typedef struct command {
     int (*run)(int argc, char **argv);
 } command_t;
 
-static const command_t commands[] = {{"render", command_render},   {"pack", command_pack},
-                                     {"submit", command_submit},   {"status", command_status},
-                                     {"fetch", command_fetch},     {"cancel", command_cancel},
-                                     {"compare", command_compare}, {"lab", command_lab}};
+static const command_t commands[] = {
+    {"render", command_render},   {"pack", command_pack},     {"submit", command_submit},
+    {"status", command_status},   {"fetch", command_fetch},   {"cancel", command_cancel},
+    {"compare", command_compare}, {"report", command_report}, {"lab", command_lab}};
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 
 static int refuse(const char *word)

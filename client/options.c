@@ -128,6 +128,9 @@ bool options_parse(const char *command, const char *usage, const option_t *list,
         } else if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
             fputs(usage, stdout);
             *status = STATUS_SUCCESS;
+        } else if (strcmp(word, "-o") == 0 && is_known(list, "output")) {
+            static char output[] = "output";
+            i += take_option(command, list, output, i + 1 < argc ? argv[i + 1] : NULL, status);
         } else if (word[1] != '-') {
             *status = options_refuse(command, "unknown option %s", word);
         } else if (!is_known(list, word + 2)) {

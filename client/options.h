@@ -1,4 +1,5 @@
-/* options.h: the command line of a subcommand: long options in any place, the rest are arguments.
+/* options.h: the command line of a subcommand: long options in any place, the rest are arguments. -o is --output
+ * where there is such an option; there are no other short ones.
  *
  *     const char *out = NULL;
  *     const option_t list[] = {{"out", OPTION_TEXT, &out}, {0}};

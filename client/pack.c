@@ -17,21 +17,11 @@ static const char usage[] =
     "\n"
     "  -o FILE, --output FILE   the bundle\n";
 
-/* -o is the one short option; the parser knows long ones. */
-static void lengthen(int argc, char **argv)
-{
-    static char output[] = "--output";
-    for (int i = 0; i < argc; i++)
-        if (argv[i][0] == '-' && argv[i][1] == 'o' && argv[i][2] == '\0')
-            argv[i] = output;
-}
-
 int command_pack(int argc, char **argv)
 {
     const char *scene, *output = NULL;
     int status;
     const option_t list[] = {{"output", OPTION_TEXT, &output}, {0}};
-    lengthen(argc, argv);
     if (!options_parse("pack", usage, list, argc, argv, &scene, 1, 1, &status))
         return status;
     if (!output)

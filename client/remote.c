@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "client/interrupt.h"
 #include "client/job_file.h"
+#include "client/report_page.h"
 
 int remote_fail(const fault_t *fault)
 {
@@ -84,21 +85,34 @@ static fault_code_t fetch_one(link_t *link, uint64_t job, message_output_t outpu
     return code;
 }
 
+/* Says one output's fate: a line on standard output, or the first fault. */
+static void note_output(const char *name, const char *path, fault_code_t code, const fault_t *own, bool print,
+                        fault_code_t *first, fault_t *fault)
+{
+    if (code == FAULT_NONE && print)
+        printf("  %-8s %s\n", name, path);
+    if (code != FAULT_NONE && *first == FAULT_NONE)
+        *first = fault_set(fault, code, "%s: %s", name, own->text);
+}
+
 fault_code_t remote_fetch_outputs(link_t *link, uint64_t job, const job_t *description, const char *folder,
                                   bool print, fault_t *fault)
 {
     fault_code_t first = FAULT_NONE;
+    char path[JOB_PATH_SIZE];
+    bool wanted = true;
     for (int output = MESSAGE_OUTPUT_IMAGE; output <= MESSAGE_OUTPUT_REPORT; output++) {
-        char path[JOB_PATH_SIZE];
-        bool wanted = true;
         fault_t own = {0};
         fault_code_t code = job_file_output(description, (message_output_t)output, folder, path, &wanted, &own);
         if (code == FAULT_NONE && wanted)
             code = fetch_one(link, job, (message_output_t)output, path, &own);
-        if (code == FAULT_NONE && wanted && print)
-            printf("  %-8s %s\n", job_file_output_name((message_output_t)output), path);
-        if (code != FAULT_NONE && first == FAULT_NONE)
-            first = fault_set(fault, code, "%s: %s", job_file_output_name((message_output_t)output), own.text);
+        note_output(job_file_output_name((message_output_t)output), path, code, &own, print && wanted, &first,
+                    fault);
     }
+    fault_t own = {0};
+    fault_code_t code = job_file_page(description, folder, path, &wanted, &own);
+    if (code == FAULT_NONE && wanted)
+        code = report_page_fetch(link, job, path, &own);
+    note_output("page", path, code, &own, print && wanted, &first, fault);
     return first;
 }

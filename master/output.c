@@ -28,9 +28,9 @@ bool output_wanted(const job_t *job, unsigned output)
     case MESSAGE_OUTPUT_IMAGE:
         return job->image[0] != '\0';
     case MESSAGE_OUTPUT_PREVIEW:
-        return job->preview[0] != '\0';
+        return job->preview[0] != '\0' || job->page[0] != '\0';
     case MESSAGE_OUTPUT_REPORT:
-        return job->report[0] != '\0';
+        return job->report[0] != '\0' || job->page[0] != '\0';
     default:
         return false;
     }

@@ -16,7 +16,7 @@ typedef struct output_service {
 
 /* The file in the job's folder, "image.exr"; null for a number that is no message_output_t. */
 const char *output_file(unsigned output);
-/* Whether the job asks for it. */
+/* Whether the job asks for it: by name, or for a page, which clients make of preview and report. */
 bool output_wanted(const job_t *job, unsigned output);
 
 /* Writes all that is wanted; files that an earlier call has written are written again. Any thread that owns the

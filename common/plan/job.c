@@ -173,7 +173,7 @@ static fault_code_t job_read_stop(const json_t *root, job_stop_t *stop, fault_t 
 
 static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fault)
 {
-    static const char *const names[] = {"image", "preview", "report", "preview_exposure", NULL};
+    static const char *const names[] = {"image", "preview", "report", "page", "preview_exposure", NULL};
     const json_t *output = NULL;
     TRY(json_read_object(root, "", "output", &output, fault));
     snprintf(job->image, JOB_PATH_SIZE, "image.exr");
@@ -183,6 +183,7 @@ static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fau
     TRY(job_read_path(output, "output", "image", job->image, fault));
     TRY(job_read_path(output, "output", "preview", job->preview, fault));
     TRY(job_read_path(output, "output", "report", job->report, fault));
+    TRY(job_read_path(output, "output", "page", job->page, fault));
     return json_read_double_or(output, "output", "preview_exposure", -30, 30, &job->preview_exposure, fault);
 }
 
@@ -280,6 +281,7 @@ char *job_print(const job_t *job)
     json_add_string(output, "image", job->image);
     json_add_string(output, "preview", job->preview);
     json_add_string(output, "report", job->report);
+    json_add_string(output, "page", job->page);
     json_add_number(output, "preview_exposure", job->preview_exposure);
     json_add(root, "output", output);
     char *text = json_print(root, false);

@@ -24,9 +24,9 @@ typedef struct job {
     char scene[JOB_PATH_SIZE]; /* as written; relative to the job file's folder */
     settings_t settings;
     job_stop_t stop; /* at least one rule; {"seconds": 30} if the job names none */
-    char image[JOB_PATH_SIZE], preview[JOB_PATH_SIZE], report[JOB_PATH_SIZE]; /* empty: not wanted. Default image
-                                                                                 "image.exr" */
-    double preview_exposure;                                                  /* in stops; 0 */
+    char image[JOB_PATH_SIZE], preview[JOB_PATH_SIZE], report[JOB_PATH_SIZE], page[JOB_PATH_SIZE];
+    /* of outputs; empty: not wanted. Default: image "image.exr" alone */
+    double preview_exposure; /* in stops; 0 */
 } job_t;
 
 /* Parses and checks. `name` is used in messages (the file's name). */
