@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/log.h"
 #include "master/run_internal.h"
 #include "base/wire.h"
@@ -165,10 +166,13 @@ static fault_code_t keep_result(run_t *run, run_waiting_t *waiting, const uint8_
 static fault_code_t absorb(run_t *run, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
                            fault_t *fault)
 {
-    TRY(plan_absorb(run->plan, unit, data, size, how, fault));
-    if (*how == PLAN_UNKNOWN && run->restored && run_draw_until(run, unit, &run->late_left, fault))
-        return plan_absorb(run->plan, unit, data, size, how, fault);
-    return FAULT_NONE;
+    const double begin = clock_thread_cpu();
+    fault_code_t code = plan_absorb(run->plan, unit, data, size, how, fault);
+    if (code == FAULT_NONE && *how == PLAN_UNKNOWN && run->restored &&
+        run_draw_until(run, unit, &run->late_left, fault))
+        code = plan_absorb(run->plan, unit, data, size, how, fault);
+    plan_note_merging(run->plan, clock_thread_cpu() - begin);
+    return code;
 }
 
 fault_code_t run_absorb(run_t *run, uint64_t worker, const message_lease_t *lease, const uint8_t *data, size_t size,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "chain/work.h"
 #include "plan/job.h"
 #include "proto/message.h"
@@ -49,29 +50,56 @@ static fault_code_t render_open(void *context, const source_t *source, void **ou
     return code;
 }
 
+/* A thread's space, and what the next unit's timing figures tell of the time since the last. */
+typedef struct render_space {
+    work_space_t *work;
+    double ended, packing; /* when the last unit's result was packed, and the processor time it took; 0: none yet */
+} render_space_t;
+
 static fault_code_t render_space_new(void *scene, void **out, fault_t *fault)
 {
-    work_space_t *space = NULL;
-    const fault_code_t code = work_space_new(&space, ((render_scene_t *)scene)->renderer, fault);
+    render_space_t *space = calloc(1, sizeof *space);
+    if (!space)
+        return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
+    const fault_code_t code = work_space_new(&space->work, ((render_scene_t *)scene)->renderer, fault);
+    if (code) {
+        free(space);
+        space = NULL;
+    }
     *out = space;
     return code;
 }
 
 static void render_space_destroy(void *space)
 {
-    work_space_t *s = space;
-    work_space_destroy(&s);
+    render_space_t *s = space;
+    work_space_destroy(&s->work);
+    free(s);
+}
+
+static fault_code_t pack_result(render_space_t *space, work_result_t *result, double waiting, uint8_t **out,
+                                size_t *out_size, fault_t *fault)
+{
+    const double begin = clock_thread_cpu();
+    result->stats.merging_seconds = space->packing;
+    result->stats.waiting_seconds = waiting;
+    const fault_code_t code = work_result_encode(result, out, out_size, fault);
+    space->packing = clock_thread_cpu() - begin;
+    space->ended = clock_now();
+    return code;
 }
 
 static fault_code_t render_run(void *space, const uint8_t *bytes, size_t size, const atomic_bool *cancel,
                                uint8_t **out, size_t *out_size, fault_t *fault)
 {
+    render_space_t *s = space;
+    const double waiting = s->ended > 0 ? clock_now() - s->ended : 0;
     work_record_t record = {0};
     work_result_t result = {0};
     TRY(work_record_decode(&record, bytes, size, fault));
-    fault_code_t code = work_run(space, &record, cancel, &result, fault);
+    fault_code_t code = work_run(s->work, &record, cancel, &result, fault);
     if (code == FAULT_NONE)
-        code = work_result_encode(&result, out, out_size, fault);
+        code = pack_result(s, &result, waiting, out, out_size, fault);
     work_record_clear(&record);
     if (code == FAULT_NONE && *out_size > MESSAGE_MAX_RESULT)
         code = fault_set(fault, FAULT_LIMIT, "a result of %zu octets, at most %d are allowed", *out_size,

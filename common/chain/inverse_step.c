@@ -28,9 +28,12 @@ void inverse_step(chain_t *chain, uint64_t key)
     double camera_of_x[PATH_MAX_DIMENSIONS], light_of_x[PATH_MAX_DIMENSIONS];
     memcpy(camera_of_x, chain->camera, sizeof(double) * target->camera_count);
     memcpy(light_of_x, chain->light, sizeof(double) * target->light_count);
-    if (!(before > 0) ||
-        (s != chain->s && !path_invert_jump(target->scene, chain->kept, chain->s, t, s,
-                                            random_step(key, UNIT_DRAW_FREE), camera_of_x, light_of_x))) {
+    const uint64_t from = stamp_enter(&space->inversion);
+    const bool inverted = before > 0 && (s == chain->s || path_invert_jump(target->scene, chain->kept, chain->s, t,
+                                                                           s, random_step(key, UNIT_DRAW_FREE),
+                                                                           camera_of_x, light_of_x));
+    stamp_leave(&space->inversion, from);
+    if (!inverted) {
         chain_repeat(chain);
         return;
     }

@@ -22,10 +22,12 @@ bool jump_invert(chain_t *chain, uint64_t key, uint32_t s, target_value_t *value
     path_check_t check;
     memcpy(space->camera, chain->camera, sizeof(double) * target->camera_count);
     memcpy(space->light, chain->light, sizeof(double) * target->light_count);
-    if (!path_invert_jump(target->scene, chain->kept, chain->s, t, s, random_step(key, UNIT_DRAW_FREE),
-                          space->camera, space->light) ||
-        path_verify(target->scene, chain->kept, chain->s, t, &space->path, s, space->camera, space->light,
-                    &target->techniques, &check) != PATH_INVERSE_AGREES)
+    const uint64_t from = stamp_enter(&space->inversion);
+    const bool inverted = path_invert_jump(target->scene, chain->kept, chain->s, t, s,
+                                           random_step(key, UNIT_DRAW_FREE), space->camera, space->light);
+    stamp_leave(&space->inversion, from);
+    if (!inverted || path_verify(target->scene, chain->kept, chain->s, t, &space->path, s, space->camera,
+                                 space->light, &target->techniques, &check) != PATH_INVERSE_AGREES)
         return false;
     return target_value_of(target, &check.value, value);
 }

@@ -23,6 +23,7 @@ typedef struct chain_room {
 struct work_space {
     const renderer_t *renderer;
     path_space_t path; /* the walks of the sample or proposal at hand */
+    stamp_meter_t inversion;
     double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS]; /* their numbers */
     chain_room_t *rooms;                                            /* for chains that run together */
     uint32_t room_count;

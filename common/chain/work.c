@@ -236,9 +236,16 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
     space->path.rays = space->path.shadow_rays = 0;
     memset(space->path.rejects, 0, sizeof space->path.rejects);
     memset(space->failed, 0, sizeof space->failed);
+    stamp_watch_t watch;
+    stamp_begin(&space->inversion, &watch);
+    stamp_begin(&space->path.tracing, &watch);
     const double begin = clock_thread_cpu();
     TRY(units[record->kind](space, record, cancel, result, fault));
-    result->stats.cpu_seconds = clock_thread_cpu() - begin;
+    const double cpu = clock_thread_cpu() - begin, tracing = stamp_seconds(&space->path.tracing, &watch),
+                 inversion = stamp_seconds(&space->inversion, &watch);
+    result->stats.cpu_seconds = cpu; /* what is estimated from a sample may come out above it */
+    result->stats.tracing_seconds = tracing < cpu ? tracing : cpu;
+    result->stats.inversion_seconds = inversion < cpu - tracing ? inversion : cpu - result->stats.tracing_seconds;
     result->stats.rays = space->path.rays;
     result->stats.shadow_rays = space->path.shadow_rays;
     static_assert((int)PATH_REJECTS == (int)WORK_REJECTS, "the causes are the same");

@@ -108,6 +108,10 @@ typedef enum work_move {
 
 typedef struct work_stats {
     double cpu_seconds;
+    /* Of them: in Embree, and from paths back to numbers; both from a sample of the calls (stamp.h). */
+    double tracing_seconds, inversion_seconds;
+    /* Of the worker's thread before this unit: packing the last result, and without a unit. Its to fill in. */
+    double merging_seconds, waiting_seconds;
     uint64_t rays, shadow_rays;
     uint64_t evaluations; /* of the target, or samples */
     uint64_t rejects[WORK_REJECTS];

@@ -16,7 +16,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 4 };
+enum { WORK_CODEC_VERSION = 5 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -225,6 +225,10 @@ static void result_put(wire_writer_t *out, const void *value)
     wire_put_u32(out, r->kind);
     wire_put_u32(out, r->length);
     wire_put_f64(out, stats->cpu_seconds);
+    wire_put_f64(out, stats->tracing_seconds);
+    wire_put_f64(out, stats->inversion_seconds);
+    wire_put_f64(out, stats->merging_seconds);
+    wire_put_f64(out, stats->waiting_seconds);
     wire_put_u64(out, stats->rays);
     wire_put_u64(out, stats->shadow_rays);
     wire_put_u64(out, stats->evaluations);
@@ -280,9 +284,22 @@ fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, siz
     return code;
 }
 
+static double result_get_seconds(wire_reader_t *in, const char *name, double most)
+{
+    const double seconds = wire_get_f64(in, name);
+    if (!in->code && !(seconds >= 0 && seconds <= most))
+        wire_reader_fail(in, FAULT_RANGE, name, "%g, expected 0 to %g", seconds, most);
+    return seconds;
+}
+
 static void result_get_stats(wire_reader_t *in, work_stats_t *stats)
 {
-    stats->cpu_seconds = wire_get_f64(in, "cpu_seconds");
+    stats->cpu_seconds = result_get_seconds(in, "cpu_seconds", 1e9);
+    stats->tracing_seconds = result_get_seconds(in, "tracing_seconds", stats->cpu_seconds);
+    stats->inversion_seconds =
+        result_get_seconds(in, "inversion_seconds", stats->cpu_seconds - stats->tracing_seconds);
+    stats->merging_seconds = result_get_seconds(in, "merging_seconds", 1e9);
+    stats->waiting_seconds = result_get_seconds(in, "waiting_seconds", 1e9);
     stats->rays = wire_get_u64(in, "rays");
     stats->shadow_rays = wire_get_u64(in, "shadow_rays");
     stats->evaluations = wire_get_u64(in, "evaluations");
@@ -298,8 +315,6 @@ static void result_get_stats(wire_reader_t *in, work_stats_t *stats)
     }
     stats->zero_proposals = wire_get_u64(in, "zero_proposals");
     stats->longest_stay = wire_get_u64(in, "longest_stay");
-    if (!in->code && !(stats->cpu_seconds >= 0 && stats->cpu_seconds < 1e9))
-        wire_reader_fail(in, FAULT_RANGE, "cpu_seconds", "%g", stats->cpu_seconds);
 }
 
 static fault_code_t result_get_moments(wire_reader_t *in, work_result_t *result, uint32_t expected, fault_t *fault)

@@ -200,11 +200,14 @@ static bool path_visible(const path_scene_t *ps, path_space_t *space, const path
 {
     const vec3_t from =
         z->kind == PATH_LENS ? z->position : surface_offset(z->position, z->ng, z->epsilon, vec3_neg(w));
+    const vec3_t to = y->kind == PATH_INFINITE ? y->ng : surface_offset(y->position, y->ng, y->epsilon, w);
+    const uint64_t stamp = stamp_enter(&space->tracing);
     accel_answer_t answer;
     if (y->kind == PATH_INFINITE)
-        answer = accel_occluded_beyond(ps->accel, from, y->ng);
+        answer = accel_occluded_beyond(ps->accel, from, to);
     else
-        answer = accel_occluded(ps->accel, from, surface_offset(y->position, y->ng, y->epsilon, w));
+        answer = accel_occluded(ps->accel, from, to);
+    stamp_leave(&space->tracing, stamp);
     space->shadow_rays++;
     if (answer == ACCEL_BAD_RAY)
         space->rejects[PATH_REJECT_RAY]++;

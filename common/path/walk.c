@@ -109,7 +109,9 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
 {
     for (uint32_t i = 1;; i++) {
         accel_hit_t hit;
+        const uint64_t stamp = stamp_enter(&space->tracing);
         const accel_answer_t answer = accel_intersect(ps->accel, step.origin, step.direction, &hit);
+        stamp_leave(&space->tracing, stamp);
         if (answer == ACCEL_BAD_RAY) {
             space->rejects[PATH_REJECT_RAY]++;
             return i;

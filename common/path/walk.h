@@ -11,6 +11,7 @@
 #ifndef PATH_WALK_H
 #define PATH_WALK_H
 
+#include "base/stamp.h"
 #include "path/vertex.h"
 #include "scene/accel.h"
 #include "scene/camera.h"
@@ -80,6 +81,7 @@ typedef struct path_space {
     bsdf_t *camera_bsdf, *light_bsdf;
     vec2_t raster; /* of the camera walk */
     uint64_t rays, shadow_rays, rejects[PATH_REJECTS];
+    stamp_meter_t tracing; /* of all of these rays */
     /* Of the last connection that carried light: reverse density over density at y_{s-1}, y_{s-2}, z_{t-1},
      * z_{t-2}. */
     double end_ratios[4];

@@ -245,6 +245,10 @@ static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, co
 static void absorb_totals(plan_t *plan, const work_stats_t *stats)
 {
     plan->totals.cpu_seconds += stats->cpu_seconds;
+    plan->totals.tracing_seconds += stats->tracing_seconds;
+    plan->totals.inversion_seconds += stats->inversion_seconds;
+    plan->totals.merging_seconds += stats->merging_seconds;
+    plan->totals.waiting_seconds += stats->waiting_seconds;
     plan->totals.rays += stats->rays;
     plan->totals.shadow_rays += stats->shadow_rays;
     plan->totals.evaluations += stats->evaluations;
@@ -410,6 +414,12 @@ static bool plan_stop(plan_t *plan, const char *rule)
     plan->stopped = true;
     plan->stopped_by = rule;
     return true;
+}
+
+void plan_note_merging(plan_t *plan, double seconds)
+{
+    if (seconds > 0)
+        plan->totals.merging_seconds += seconds;
 }
 
 bool plan_check_stop(plan_t *plan, double seconds)

@@ -40,6 +40,9 @@ typedef enum plan_absorbed { PLAN_MERGED = 0, PLAN_DUPLICATE = 1, PLAN_UNKNOWN =
 fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
                          fault_t *fault);
 
+/* Adds to the time that merging took (seconds of the master's processor), for the report. */
+void plan_note_merging(plan_t *plan, double seconds);
+
 /* Tells the plan how long the job has run (seconds of wall time, time before a restart included). Tests the stop
  * rules: once one is met nothing more is handed out; units still out may be absorbed or forgotten. True if just
  * stopped. */

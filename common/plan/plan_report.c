@@ -112,6 +112,20 @@ static json_t *report_error(const plan_t *plan)
     return error;
 }
 
+/* Where the time went, over all workers. */
+static json_t *report_time_parts(const plan_t *plan)
+{
+    const work_stats_t *totals = &plan->totals;
+    json_t *parts = json_new_object();
+    json_add_number(parts, "tracing", totals->tracing_seconds);
+    json_add_number(parts, "shading",
+                    fmax(0, totals->cpu_seconds - totals->tracing_seconds - totals->inversion_seconds));
+    json_add_number(parts, "inversion", totals->inversion_seconds);
+    json_add_number(parts, "merging", totals->merging_seconds);
+    json_add_number(parts, "waiting", totals->waiting_seconds);
+    return parts;
+}
+
 static json_t *report_rejects(const plan_t *plan)
 {
     json_t *rejects = json_new_object();
@@ -161,6 +175,7 @@ json_t *plan_report(const plan_t *plan)
     json_add_number(time, "wall_seconds", plan->seconds);
     json_add_number(time, "pilot_cpu_seconds", plan->pilot_cpu_seconds);
     json_add_number(time, "render_cpu_seconds", plan->totals.cpu_seconds - plan->pilot_cpu_seconds);
+    json_add(time, "parts", report_time_parts(plan));
     json_add(root, "time", time);
     json_add(root, "error", report_error(plan));
     if (plan_is_chains(plan))

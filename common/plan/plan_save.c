@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 6 };
+enum { PLAN_SAVE_VERSION = 7 };
 
 /* ---- arrays ---- */
 
@@ -209,6 +209,10 @@ static void put_totals(wire_writer_t *out, const plan_t *plan)
     wire_put_f64(out, plan->pilot_cpu_seconds);
     wire_put_u64(out, plan->error_next);
     wire_put_f64(out, plan->totals.cpu_seconds);
+    wire_put_f64(out, plan->totals.tracing_seconds);
+    wire_put_f64(out, plan->totals.inversion_seconds);
+    wire_put_f64(out, plan->totals.merging_seconds);
+    wire_put_f64(out, plan->totals.waiting_seconds);
     wire_put_u64(out, plan->totals.rays);
     wire_put_u64(out, plan->totals.shadow_rays);
     wire_put_u64(out, plan->totals.evaluations);
@@ -232,6 +236,13 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
     plan->pilot_cpu_seconds = wire_get_f64(in, "pilot_cpu_seconds");
     plan->error_next = wire_get_u64(in, "error_next");
     plan->totals.cpu_seconds = wire_get_f64(in, "cpu_seconds");
+    double *const parts[] = {&plan->totals.tracing_seconds, &plan->totals.inversion_seconds,
+                             &plan->totals.merging_seconds, &plan->totals.waiting_seconds};
+    for (int i = 0; i < 4; i++) {
+        *parts[i] = wire_get_f64(in, "parts of the time");
+        if (!in->code && !(*parts[i] >= 0 && *parts[i] < 1e15))
+            wire_reader_fail(in, FAULT_RANGE, "parts of the time", "%g", *parts[i]);
+    }
     plan->totals.rays = wire_get_u64(in, "rays");
     plan->totals.shadow_rays = wire_get_u64(in, "shadow_rays");
     plan->totals.evaluations = wire_get_u64(in, "evaluations");

@@ -167,6 +167,9 @@ static void results_come_back_as_they_were(void **state)
         fault_t fault = {0};
         assert_int_equal(work_run(fixture.space, &record, &go, &result, &fault), FAULT_NONE);
         assert_true(result.stats.evaluations > 0 && result.stats.rays > 0);
+        assert_true(result.stats.tracing_seconds >= 0 && result.stats.inversion_seconds >= 0);
+        assert_true(result.stats.tracing_seconds + result.stats.inversion_seconds <=
+                    result.stats.cpu_seconds * (1 + 1e-12));
         assert_int_equal(work_result_encode(&result, &data, &size, &fault), FAULT_NONE);
         if (decode(&back, &record, data, size, &fault))
             fail_msg("%s", fault.text);
@@ -219,6 +222,10 @@ CHANGE(change_kind, r->kind = r->kind == WORK_CHAINS ? WORK_SAMPLES : WORK_CHAIN
 CHANGE(change_length, r->length++)
 CHANGE(change_cpu_nan, r->stats.cpu_seconds = NAN)
 CHANGE(change_cpu_negative, r->stats.cpu_seconds = -1)
+CHANGE(change_tracing_many, r->stats.tracing_seconds = r->stats.cpu_seconds + 1)
+CHANGE(change_inversion_many, r->stats.inversion_seconds = r->stats.cpu_seconds - r->stats.tracing_seconds + 1)
+CHANGE(change_waiting_nan, r->stats.waiting_seconds = NAN)
+CHANGE(change_merging_negative, r->stats.merging_seconds = -1e-9)
 CHANGE(change_accepted_nan, r->stats.accepted[1] = NAN)
 CHANGE(change_accepted_negative, r->stats.accepted[0] = -1e-3)
 CHANGE(change_accepted_many, r->stats.accepted[2] = (double)r->stats.proposed[2] * 1.01)
@@ -246,6 +253,10 @@ static void hostile_results_are_refused(void **state)
         refuse_result(kind, change_length, FAULT_FORMAT, "length");
         refuse_result(kind, change_cpu_nan, FAULT_RANGE, "cpu_seconds");
         refuse_result(kind, change_cpu_negative, FAULT_RANGE, "cpu_seconds");
+        refuse_result(kind, change_tracing_many, FAULT_RANGE, "tracing_seconds");
+        refuse_result(kind, change_inversion_many, FAULT_RANGE, "inversion_seconds");
+        refuse_result(kind, change_waiting_nan, FAULT_RANGE, "waiting_seconds");
+        refuse_result(kind, change_merging_negative, FAULT_RANGE, "merging_seconds");
         refuse_result(kind, change_accepted_nan, FAULT_RANGE, "accepted");
         refuse_result(kind, change_accepted_negative, FAULT_RANGE, "accepted");
         if (kind == WORK_FEATURES)

@@ -79,7 +79,7 @@ uint8_t *work_fixture_bytes(work_space_t *space, const work_record_t *record, si
     fault_t fault = {0};
     uint8_t *data = NULL;
     demand(work_run(space, record, &cancel, &result, &fault), &fault);
-    result.stats.cpu_seconds = 0;
+    result.stats.cpu_seconds = result.stats.tracing_seconds = result.stats.inversion_seconds = 0;
     demand(work_result_encode(&result, &data, size, &fault), &fault);
     return data;
 }
