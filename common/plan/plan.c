@@ -40,6 +40,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
         code = fault_set(fault, FAULT_MEMORY, "no memory for an image of %u x %u", s->width, s->height);
         goto cleanup;
     }
+    code = plan_groups_init(&plan->groups, s->max_path_length, fault);
     plan_size_pilot(plan);
     for (uint32_t k = plan_has_seeds(plan, 0) ? 0 : 1; k <= s->max_path_length && !code; k++) {
         plan->lengths[k].weights = calloc(plan->candidates, sizeof(double));
@@ -70,6 +71,7 @@ void plan_destroy(plan_t **out)
         free(plan->lengths[k].weights);
         film_clear(&plan->lengths[k].film);
     }
+    plan_groups_clear(&plan->groups);
     free(plan->units);
     free(plan->pilot_moments);
     free(plan->pilot_blocks);
@@ -206,6 +208,8 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
                  size = (double)record->mutations / (double)length->unit_mutations;
     absorb_squares(plan, &result->film, c, size);
     plan_absorb_strata(plan, &result->film, c, size);
+    plan_groups_absorb(&plan->groups, record->length, record->first / length->unit_chains, record->mutations,
+                       &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
         absorb_all_moments(plan, result->moments);
     for (uint32_t i = 0; !plan_is_whole(plan) && i < result->moment_count; i++)
@@ -235,6 +239,8 @@ static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, co
     absorb_squares(plan, &result->film, c, size);
     if (plan->strata)
         plan_absorb_strata(plan, &result->film, c, size);
+    plan_groups_absorb(&plan->groups, 0, record->first / all->unit_mutations, record->count, &result->film, c,
+                       size);
     absorb_all_moments(plan, result->moments);
     all->merged += record->count;
     all->units_in++;
@@ -413,6 +419,7 @@ static bool plan_stop(plan_t *plan, const char *rule)
 {
     plan->stopped = true;
     plan->stopped_by = rule;
+    plan_note_error(plan);
     return true;
 }
 
@@ -433,8 +440,7 @@ bool plan_check_stop(plan_t *plan, double seconds)
     if (stop->seconds > 0 && seconds >= stop->seconds)
         return plan_stop(plan, "seconds");
     if (plan->in >= plan->error_next) {
-        const double relmse = plan_estimate_relmse(plan);
-        plan->error = sqrt(relmse);
+        plan_note_error(plan);
         plan->error_next = plan->in + (plan->in / 10 > 8 ? plan->in / 10 : 8);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
@@ -476,8 +482,8 @@ void plan_progress(const plan_t *plan, plan_progress_t *progress)
         fraction = fmax(fraction, progress->mutations / plan->mutations_total);
     if (stop->seconds > 0)
         fraction = fmax(fraction, plan->seconds / stop->seconds);
-    if (stop->error > 0 && plan->error > 0) /* error falls as 1 / sqrt(work) */
-        fraction = fmax(fraction, stop->error * stop->error / (plan->error * plan->error));
+    if (stop->error > 0 && plan->error > 0)
+        fraction = fmax(fraction, plan->totals.cpu_seconds / plan_predict(plan, stop->error));
     progress->fraction = fmin(1, fraction);
     if (fraction > 0 && plan->seconds > 0)
         progress->seconds_left = fmax(0, plan->seconds * (1 / fraction - 1));

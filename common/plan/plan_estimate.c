@@ -74,6 +74,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         if (length->merged == 0)
             continue;
         const uint32_t i = pixels->count++;
+        pixels->lengths[i] = k;
         double b_error = 0;
         const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &b_error),
                      c_k = plan_weight(plan, k) / plan->weight_max;
@@ -127,52 +128,148 @@ static void estimate_smooth(double *plane, double *line, uint32_t width, uint32_
     }
 }
 
-/* The error is relative to the reference, which is not known: in its place stands the image, smoothed over 7 x 7
- * pixels. The pixel's own value would not do: where an outlier makes its variance large it makes the value large
- * too, and their ratio hides it. `values` and `variances`: a plane per channel. */
-static double estimate_of_planes(const plan_t *plan, double *values, const double *variances, double *line)
+/* Planes of the image: values, smoothed in place, and variances, [FILM_CHANNELS][pixels] each. */
+typedef struct estimate_planes {
+    double *values, *variances;
+    double floor; /* 0.01 m^2, m the mean luminance: both images are scaled to mean luminance 1 */
+} estimate_planes_t;
+
+/* False without memory or light. */
+static bool estimate_planes(const plan_t *plan, const plan_pixels_t *pixels, estimate_planes_t *planes)
 {
-    const size_t n = plan->pixels;
-    double mean = 0, sum = 0;
-    for (size_t p = 0; p < n; p++)
-        mean += rgb_luminance(rgb(values[p], values[n + p], values[2 * n + p]));
-    mean /= (double)n;
-    if (!(mean > 0))
-        return NAN;
-    const double floor = 0.01 * mean * mean; /* both images are scaled to mean luminance 1 */
-    for (size_t c = 0; c < FILM_CHANNELS; c++) {
-        double *plane = values + c * n;
-        estimate_smooth(plane, line, plan->settings.width, plan->settings.height, 3);
-        for (size_t p = 0; p < n; p++)
-            sum += variances[c * n + p] / (plane[p] * plane[p] + floor);
+    const settings_t *s = &plan->settings;
+    const size_t n = plan->pixels, longest = s->width > s->height ? s->width : s->height;
+    planes->values = malloc(sizeof(double) * (2 * FILM_CHANNELS * n + longest));
+    if (!planes->values)
+        return false;
+    planes->variances = planes->values + FILM_CHANNELS * n;
+    double mean = 0;
+    for (size_t p = 0; p < n; p++) {
+        double value[3], variance[3];
+        plan_pixel(pixels, p, value, variance);
+        mean += rgb_luminance(rgb(value[0], value[1], value[2])) / (double)n;
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            planes->values[c * n + p] = value[c];
+            planes->variances[c * n + p] = variance[c];
+        }
     }
-    return sum / (double)(FILM_CHANNELS * n);
+    planes->floor = 0.01 * mean * mean;
+    for (size_t c = 0; c < FILM_CHANNELS; c++)
+        estimate_smooth(planes->values + c * n, planes->values + 2 * FILM_CHANNELS * n, s->width, s->height, 3);
+    return mean > 0;
 }
 
-double plan_estimate_relmse(const plan_t *plan)
+/* The error is relative to the reference, which is not known: in its place stands the image, smoothed over 7 x 7
+ * pixels. The pixel's own value would not do: where an outlier makes its variance large it makes the value large
+ * too, and their ratio hides it. */
+static double estimate_weight(const plan_t *plan, const estimate_planes_t *planes, size_t p, size_t c)
 {
+    const double value = planes->values[c * plan->pixels + p];
+    return 1 / (value * value + planes->floor) / (double)(FILM_CHANNELS * plan->pixels);
+}
+
+static uint32_t estimate_block(const plan_t *plan, size_t p)
+{
+    const uint32_t x = (uint32_t)(p % plan->settings.width), y = (uint32_t)(p / plan->settings.width);
+    return plan_groups_block(y, plan->settings.height) * PLAN_GROUP_SIDE +
+           plan_groups_block(x, plan->settings.width);
+}
+
+/* relMSE, and the mean weight of each block's pixels. */
+static double estimate_relmse(const plan_t *plan, const estimate_planes_t *planes,
+                              double weights[PLAN_GROUP_BLOCKS])
+{
+    double sum = 0, counts[PLAN_GROUP_BLOCKS] = {0};
+    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+        weights[i] = 0;
+    for (size_t p = 0; p < plan->pixels; p++) {
+        const uint32_t block = estimate_block(plan, p);
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            const double weight = estimate_weight(plan, planes, p, c);
+            sum += planes->variances[c * plan->pixels + p] * weight;
+            weights[block] += weight;
+            counts[block]++;
+        }
+    }
+    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+        weights[i] = counts[i] > 0 ? weights[i] / counts[i] : 0;
+    return sum;
+}
+
+/* Squares of a length come by block, what their mean takes off them by pixel: with the blocks' weights both. */
+static void estimate_lengths(const plan_pixels_t *pixels, const double weights[PLAN_GROUP_BLOCKS], double relmse,
+                             double lengths[PATH_MAX_VERTICES])
+{
+    const plan_t *plan = pixels->plan;
+    double all = 0;
+    for (uint32_t i = 0; i < pixels->count; i++) {
+        double taken = 0, b_part = 0;
+        for (size_t p = 0; p < plan->pixels; p++)
+            for (size_t c = 0; c < FILM_CHANNELS; c++) {
+                const double sum = (double)pixels->sums[i][FILM_CHANNELS * p + c],
+                             square = sum * sum * weights[estimate_block(plan, p)];
+                taken += square * pixels->square[i];
+                b_part += square * pixels->b_variance[i];
+            }
+        const double squares =
+            plan_groups_squares(&plan->groups, pixels->lengths[i], weights) * pixels->squares_factor;
+        lengths[pixels->lengths[i]] = b_part + fmax(0, squares - taken) * pixels->correction;
+        all += lengths[pixels->lengths[i]];
+    }
+    for (uint32_t i = 0; i < pixels->count && all > 0; i++) /* blocks' weights are not quite the pixels' */
+        lengths[pixels->lengths[i]] *= relmse / all;
+}
+
+void plan_estimate_error(const plan_t *plan, plan_error_t *error)
+{
+    const double students_t = 2.131; /* 97.5 % at 15 degrees of freedom */
+    *error = (plan_error_t){NAN, NAN, NAN, NAN, {0}};
     uint64_t units = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
     if (units < 16)
-        return NAN;
-    const settings_t *s = &plan->settings;
-    const size_t n = plan->pixels, longest = s->width > s->height ? s->width : s->height;
-    double *room = malloc(sizeof *room * (2 * FILM_CHANNELS * n + longest));
-    if (!room)
-        return NAN;
-    double *values = room, *variances = room + FILM_CHANNELS * n;
+        return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);
-    for (size_t p = 0; p < n; p++) {
-        double value[3], variance[3];
-        plan_pixel(&pixels, p, value, variance);
-        for (size_t c = 0; c < FILM_CHANNELS; c++) {
-            values[c * n + p] = value[c];
-            variances[c * n + p] = variance[c];
-        }
+    estimate_planes_t planes;
+    if (estimate_planes(plan, &pixels, &planes)) {
+        double weights[PLAN_GROUP_BLOCKS], mutations[PATH_MAX_VERTICES];
+        error->relmse = estimate_relmse(plan, &planes, weights);
+        for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+            mutations[k] = plan_mutations_of(plan, k);
+        error->spread = plan_groups_spread(&plan->groups, weights, mutations);
+        error->low = error->relmse * exp(-students_t * error->spread);
+        error->high = error->relmse * exp(students_t * error->spread);
+        estimate_lengths(&pixels, weights, error->relmse, error->lengths);
     }
-    const double relmse = estimate_of_planes(plan, values, variances, room + 2 * FILM_CHANNELS * n);
-    free(room);
-    return relmse;
+    free(planes.values);
+}
+
+bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures)
+{
+    double factor[PATH_MAX_VERTICES] = {0}, blocks[PLAN_GROUPS][PLAN_GROUP_BLOCKS], mean[PLAN_GROUP_BLOCKS] = {0},
+           all = 0;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        double error;
+        if (plan->lengths[k].units_in > 0)
+            factor[k] = (plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error)) / FILM_ONE;
+    }
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        plan_groups_image(&plan->groups, g, factor, blocks[g]);
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+            mean[i] += blocks[g][i] / PLAN_GROUPS;
+    }
+    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+        all += mean[i] / PLAN_GROUP_BLOCKS;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        double sum = 0, squares = 0;
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++) {
+            const double difference = blocks[g][i] - mean[i];
+            sum += blocks[g][i] / PLAN_GROUP_BLOCKS;
+            squares += difference * difference / (mean[i] * mean[i] + 0.01 * all * all) / PLAN_GROUP_BLOCKS;
+        }
+        figures->brightness[g] = sum / all;
+        figures->deviation[g] = sqrt(squares);
+    }
+    return all > 0;
 }

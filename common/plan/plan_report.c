@@ -76,7 +76,7 @@ static void report_chains(const plan_t *plan, const plan_length_t *length, json_
         json_add(object, "bias", report_bias(plan, length));
 }
 
-static json_t *report_length(const plan_t *plan, uint32_t k)
+static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, uint32_t k)
 {
     json_t *object = json_new_object();
     json_add_number(object, "length", k);
@@ -97,18 +97,21 @@ static json_t *report_length(const plan_t *plan, uint32_t k)
         json_add_number(object, "light", plan->lengths[k].light);
         json_add_number(object, "cap", plan->caps[k - 1]);
     }
+    json_add_number(object, "relmse", plan->lengths[k].merged > 0 ? estimate->lengths[k] : NAN);
     json_add_number(object, "share", plan->lengths[k].share);
     report_chains(plan, &plan->lengths[k], object);
     return object;
 }
 
-static json_t *report_error(const plan_t *plan)
+static json_t *report_error(const plan_error_t *estimate)
 {
-    const double relmse = plan_estimate_relmse(plan);
-    json_t *error = json_new_object();
-    json_add_number(error, "relmse", relmse);
-    json_add_number(error, "error", sqrt(relmse));
-    json_add_string(error, "method", "variance between units of work, and of b");
+    json_t *error = json_new_object(), *interval = json_new_array();
+    json_add_number(error, "relmse", estimate->relmse);
+    json_add_number(error, "error", sqrt(estimate->relmse));
+    json_append(interval, json_new_number(estimate->low));
+    json_append(interval, json_new_number(estimate->high));
+    json_add(error, "interval", interval);
+    json_add_string(error, "method", "variance between units of work, and of b; interval from 16 groups of units");
     return error;
 }
 
@@ -177,7 +180,10 @@ json_t *plan_report(const plan_t *plan)
     json_add_number(time, "render_cpu_seconds", plan->totals.cpu_seconds - plan->pilot_cpu_seconds);
     json_add(time, "parts", report_time_parts(plan));
     json_add(root, "time", time);
-    json_add(root, "error", report_error(plan));
+    plan_error_t estimate;
+    plan_estimate_error(plan, &estimate);
+    json_add(root, "error", report_error(&estimate));
+    plan_report_accuracy(plan, root);
     if (plan_is_chains(plan))
         json_add_number(root, "stratification", plan_estimate_strata(plan));
     double merged = 0;
@@ -186,7 +192,7 @@ json_t *plan_report(const plan_t *plan)
     json_add(root, "rates", report_rates(plan, merged));
     json_t *lengths = json_new_array();
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
-        json_append(lengths, report_length(plan, k));
+        json_append(lengths, report_length(plan, &estimate, k));
     json_add(root, "lengths", lengths);
     if (plan_is_whole(plan) && plan_is_chains(plan)) {
         json_t *chains = json_new_object();
@@ -195,6 +201,7 @@ json_t *plan_report(const plan_t *plan)
     }
     if (plan_splits(plan)) {
         json_t *samples = json_new_object();
+        json_add_number(samples, "relmse", plan->lengths[0].merged > 0 ? estimate.lengths[0] : NAN);
         json_add_number(samples, "share", plan->lengths[0].share);
         json_add_number(samples, "samples", (double)plan->lengths[0].merged);
         json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);

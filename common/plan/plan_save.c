@@ -2,8 +2,8 @@
  * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length
- * its sums, candidates and film; squares, of pixels and (chains) of blocks; features. Large arrays are packed (u32
- * size, zstd).
+ * its sums, candidates and film; squares, of pixels and (chains) of blocks; features; groups and history. Large
+ * arrays are packed (u32 size, zstd).
  */
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 7 };
+enum { PLAN_SAVE_VERSION = 8 };
 
 /* ---- arrays ---- */
 
@@ -267,12 +267,46 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
     get_split(in, plan);
 }
 
+static void put_history(wire_writer_t *out, const plan_history_t *history)
+{
+    wire_put_u32(out, history->count);
+    for (uint32_t i = 0; i < history->count; i++) {
+        const plan_point_t *point = &history->points[i];
+        wire_put_f64(out, point->seconds);
+        wire_put_f64(out, point->cpu_seconds);
+        wire_put_f64(out, point->mutations);
+        wire_put_f64(out, point->relmse);
+        wire_put_f64(out, point->spread);
+    }
+}
+
+static fault_code_t get_history(wire_reader_t *in, plan_history_t *history)
+{
+    const uint32_t count = wire_get_u32(in, "history");
+    if (!in->code && count > PLAN_HISTORY)
+        return wire_reader_fail(in, FAULT_RANGE, "history", "%u points, expected at most %d", count, PLAN_HISTORY);
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        plan_point_t point;
+        point.seconds = wire_get_f64(in, "history");
+        point.cpu_seconds = wire_get_f64(in, "history");
+        point.mutations = wire_get_f64(in, "history");
+        point.relmse = wire_get_f64(in, "history");
+        point.spread = wire_get_f64(in, "history");
+        plan_history_add(history, &point);
+        if (!in->code &&
+            (history->count != i + 1 || !(point.seconds >= 0 && point.cpu_seconds >= 0 && point.mutations >= 0)))
+            return wire_reader_fail(in, FAULT_RANGE, "history", "point %u is negative, or not after the one before",
+                                    i);
+    }
+    return in->code;
+}
+
 /* ---- saving ---- */
 
 typedef struct save_parts {
     const plan_t *plan;
     save_packed_t *weights, *films; /* [max_path_length + 1] */
-    save_packed_t squares, strata, features, pilot_moments, pilot_blocks;
+    save_packed_t squares, strata, features, pilot_moments, pilot_blocks, groups[PLAN_GROUPS_PARTS];
 } save_parts_t;
 
 static void put_plan(wire_writer_t *out, const save_parts_t *parts)
@@ -295,6 +329,9 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
     wire_put_bytes(out, "features", parts->features.data, parts->features.size, UINT32_MAX);
     wire_put_bytes(out, "pilot moments", parts->pilot_moments.data, parts->pilot_moments.size, UINT32_MAX);
     wire_put_bytes(out, "pilot blocks", parts->pilot_blocks.data, parts->pilot_blocks.size, UINT32_MAX);
+    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+        wire_put_bytes(out, "groups", parts->groups[i].data, parts->groups[i].size, UINT32_MAX);
+    put_history(out, &plan->history);
 }
 
 /* Octets of the pilot units' coarse images. */
@@ -333,6 +370,10 @@ static fault_code_t save_pack_all(const plan_t *plan, save_parts_t *parts, fault
     TRY(save_pack(plan->squares, FILM_CHANNELS * plan->pixels * sizeof *plan->squares, &parts->squares, fault));
     if (plan->strata)
         TRY(save_pack(plan->strata, strata_size(plan), &parts->strata, fault));
+    plan_groups_part_t groups[PLAN_GROUPS_PARTS];
+    plan_groups_parts(&plan->groups, groups);
+    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+        TRY(save_pack(groups[i].data, groups[i].size, &parts->groups[i], fault));
     return save_pack(plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features,
                      &parts->features, fault);
 }
@@ -372,6 +413,8 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
     free(parts.features.data);
     free(parts.pilot_moments.data);
     free(parts.pilot_blocks.data);
+    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+        free(parts.groups[i].data);
     if (code) {
         free(*data);
         *data = NULL;
@@ -402,6 +445,23 @@ static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
     for (size_t i = 0; i < pilot_blocks_size(plan) / sizeof *plan->pilot_blocks; i++)
         if (!(plan->pilot_blocks[i] >= 0) || !isfinite(plan->pilot_blocks[i]))
             return wire_reader_fail(in, FAULT_RANGE, "pilot blocks", "entry %zu is negative or not finite", i);
+    return FAULT_NONE;
+}
+
+static fault_code_t load_groups(plan_t *plan, wire_reader_t *in)
+{
+    plan_groups_part_t groups[PLAN_GROUPS_PARTS];
+    plan_groups_parts(&plan->groups, groups);
+    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+        TRY(load_packed(in, "groups", groups[i].data, groups[i].size));
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
+        uint64_t count = 0;
+        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+            count += plan->groups.counts[(size_t)k * PLAN_GROUPS + g];
+        if (count != plan->lengths[k].merged)
+            return wire_reader_fail(in, FAULT_FORMAT, "groups", "%llu mutations of length %u, expected %llu",
+                                    (unsigned long long)count, k, (unsigned long long)plan->lengths[k].merged);
+    }
     return FAULT_NONE;
 }
 
@@ -449,6 +509,8 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         if (!isfinite(plan->features[i]))
             return wire_reader_fail(in, FAULT_RANGE, "features", "number %zu is not finite", i);
     TRY(load_pilot_moments(plan, in));
+    TRY(load_groups(plan, in));
+    TRY(get_history(in, &plan->history));
     return wire_reader_end(in);
 }
 

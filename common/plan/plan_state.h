@@ -5,6 +5,8 @@
 #include "path/walk.h"
 #include "plan/exact.h"
 #include "plan/plan.h"
+#include "plan/plan_groups.h"
+#include "plan/plan_history.h"
 
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
 enum { PLAN_SAMPLE_MUTATIONS = 10 };
@@ -82,8 +84,10 @@ struct plan {
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
-    float *features;       /* [pixels][WORK_FEATURE_CHANNELS] */
-    work_stats_t totals;   /* over all units (but for accepted, proposed: by length) */
+    plan_groups_t groups;
+    plan_history_t history; /* of the estimated error */
+    float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
+    work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
     double seconds;         /* as last told */
@@ -215,6 +219,7 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
 typedef struct plan_pixels {
     const plan_t *plan;
     uint32_t count;                         /* lengths that have been rendered */
+    uint32_t lengths[PATH_MAX_VERTICES];    /* which */
     const int64_t *sums[PATH_MAX_VERTICES]; /* their films */
     double factor[PATH_MAX_VERTICES];       /* b_k / (N_k 2^28) */
     double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
@@ -226,8 +231,27 @@ typedef struct plan_pixels {
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);
 /* Value and variance of pixel p, per channel. Variance is infinite while there are too few units. */
 void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3]);
-/* relMSE of the image as it stands; NaN while there are too few units. */
-double plan_estimate_relmse(const plan_t *plan);
+/* The error of the image as it stands. */
+typedef struct plan_error {
+    double relmse;    /* NaN while there are too few units */
+    double spread;    /* its relative standard error, from groups of units; NaN while these are too few */
+    double low, high; /* 95 % of relmse; NaN likewise */
+    double lengths[PATH_MAX_VERTICES]; /* what each of plan->lengths brings to it */
+} plan_error_t;
+void plan_estimate_error(const plan_t *plan, plan_error_t *error);
+/* How alike the groups' images are: brightness of each over the image's, and the root of the mean squared relative
+ * difference over 16 x 16 blocks, in the measure of relMSE. False while there are too few units. */
+typedef struct plan_group_figures {
+    double brightness[PLAN_GROUPS], deviation[PLAN_GROUPS];
+} plan_group_figures_t;
+bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures);
+
+/* plan_accuracy.c: what the history says about the time that accuracy takes, for reports and progress. */
+/* Estimates the error now and notes it in the history. */
+void plan_note_error(plan_t *plan);
+/* CPU seconds from the beginning of the job until the estimated error is `error`; NaN while unknown. */
+double plan_predict(const plan_t *plan, double error);
+void plan_report_accuracy(const plan_t *plan, json_t *report);
 
 /* plan_strata.c: how much the errors of neighbouring pixels hang together. */
 /* Blocks of the image; three of plan->strata each. */

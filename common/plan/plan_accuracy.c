@@ -1,0 +1,142 @@
+/* plan_accuracy.c: what a render's history says about the time that accuracy takes (plan_law.h). */
+#include <math.h>
+
+#include "plan/plan_law.h"
+#include "plan/plan_state.h"
+
+static double accuracy_mutations(const plan_t *plan)
+{
+    double merged = 0;
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
+        merged += plan_mutations_of(plan, k) * (double)plan->lengths[k].merged;
+    return merged;
+}
+
+void plan_note_error(plan_t *plan)
+{
+    plan_error_t error;
+    plan_estimate_error(plan, &error);
+    plan->error = sqrt(error.relmse);
+    plan_history_add(&plan->history, &(plan_point_t){.seconds = plan->seconds,
+                                                     .cpu_seconds = plan->totals.cpu_seconds,
+                                                     .mutations = accuracy_mutations(plan),
+                                                     .relmse = error.relmse,
+                                                     .spread = error.spread});
+}
+
+double plan_predict(const plan_t *plan, double error)
+{
+    plan_law_t law;
+    if (!plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
+        return NAN;
+    return plan_law_time(&law, error).median;
+}
+
+static json_t *accuracy_history(const plan_t *plan)
+{
+    json_t *list = json_new_array();
+    for (uint32_t i = 0; i < plan->history.count; i++) {
+        const plan_point_t *point = &plan->history.points[i];
+        json_t *entry = json_new_object();
+        json_add_number(entry, "seconds", point->seconds);
+        json_add_number(entry, "cpu_seconds", point->cpu_seconds);
+        json_add_number(entry, "mutations", point->mutations);
+        json_add_number(entry, "relmse", point->relmse);
+        json_add_number(entry, "error", sqrt(point->relmse));
+        json_append(list, entry);
+    }
+    return list;
+}
+
+/* CPU seconds of workers to wall seconds with the workers that the job has had: both at the last point. */
+static double accuracy_pace(const plan_t *plan)
+{
+    const plan_point_t *last = &plan->history.points[plan->history.count - 1];
+    return last->cpu_seconds > 0 && last->seconds > 0 ? last->seconds / last->cpu_seconds : NAN;
+}
+
+static json_t *accuracy_targets(const plan_law_t *law, double pace)
+{
+    static const double errors[] = {0.1, 0.05, 0.02, 0.01};
+    json_t *list = json_new_array();
+    for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) {
+        const plan_law_time_t time = plan_law_time(law, errors[i]);
+        json_t *target = json_new_object();
+        json_add_number(target, "error", errors[i]);
+        json_add_number(target, "seconds", time.median * pace);
+        json_add_number(target, "low", time.low * pace);
+        json_add_number(target, "high", time.high * pace);
+        json_add_number(target, "worker_hours", time.median / 3600);
+        json_append(list, target);
+    }
+    return list;
+}
+
+/* What the first tenth of the work said about when the error would be what it is in the end. */
+static json_t *accuracy_first_tenth(const plan_t *plan)
+{
+    const plan_history_t *history = &plan->history;
+    const double end = history->points[history->count - 1].cpu_seconds, pilot = plan->pilot_cpu_seconds,
+                 pace = accuracy_pace(plan);
+    uint32_t count = 0;
+    while (count < history->count && history->points[count].cpu_seconds <= 0.1 * end)
+        count++;
+    plan_law_t law;
+    if (!plan_law_fit(&law, history, count, pilot))
+        return NULL;
+    json_t *object = json_new_object();
+    json_add_number(object, "at_seconds", history->points[count - 1].cpu_seconds * pace);
+    json_add_number(object, "predicted_seconds",
+                    plan_law_time(&law, sqrt(history->points[history->count - 1].relmse)).median * pace);
+    json_add_number(object, "actual_seconds", end * pace);
+    return object;
+}
+
+static json_t *accuracy_prediction(const plan_t *plan)
+{
+    plan_law_t law;
+    if (!plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
+        return NULL;
+    json_t *prediction = json_new_object(), *numbers = json_new_object();
+    json_add_number(numbers, "a", law.a);
+    json_add_number(numbers, "c", law.c);
+    json_add_number(numbers, "p", law.p);
+    json_add_number(numbers, "from_cpu_seconds", law.pilot);
+    json_add(prediction, "law", numbers);
+    json_add(prediction, "targets", accuracy_targets(&law, accuracy_pace(plan)));
+    json_add_number(prediction, "workers", 1 / accuracy_pace(plan));
+    json_t *tenth = plan->stopped ? accuracy_first_tenth(plan) : NULL;
+    if (tenth)
+        json_add(prediction, "first_tenth", tenth);
+    return prediction;
+}
+
+static json_t *accuracy_groups(const plan_t *plan)
+{
+    plan_group_figures_t figures;
+    if (!plan_estimate_groups(plan, &figures))
+        return NULL;
+    json_t *groups = json_new_object(), *brightness = json_new_array(), *deviation = json_new_array();
+    double squares = 0;
+    for (int g = 0; g < PLAN_GROUPS; g++) {
+        json_append(brightness, json_new_number(figures.brightness[g]));
+        json_append(deviation, json_new_number(figures.deviation[g]));
+        squares += (figures.brightness[g] - 1) * (figures.brightness[g] - 1);
+    }
+    json_add_number(groups, "count", PLAN_GROUPS);
+    json_add(groups, "brightness", brightness);
+    json_add_number(groups, "spread", sqrt(squares / (PLAN_GROUPS - 1)));
+    json_add(groups, "deviation", deviation);
+    return groups;
+}
+
+void plan_report_accuracy(const plan_t *plan, json_t *report)
+{
+    json_add(report, "history", accuracy_history(plan));
+    json_t *prediction = plan->history.count > 0 ? accuracy_prediction(plan) : NULL,
+           *groups = plan->history.count > 0 ? accuracy_groups(plan) : NULL;
+    if (prediction)
+        json_add(report, "prediction", prediction);
+    if (groups)
+        json_add(report, "groups", groups);
+}
