@@ -36,12 +36,17 @@ static void put_picture(page_t *page)
 
 /* ---- the headline ---- */
 
-/* The name of the scene's file without its folder. */
+/* The scene's file with the folder that it is in: many are called scene.pbrt. */
 static const char *scene_name(const report_t *report)
 {
-    const char *scene = report_text_of(report_member(report, "job"), "scene");
-    const char *last = scene ? strrchr(scene, '/') : NULL;
-    return last && last[1] ? last + 1 : scene && scene[0] ? scene : "A render";
+    const char *scene = report_text_of(report_member(report, "job"), "scene"), *name = scene;
+    int folders = 0;
+    for (const char *c = scene ? scene + strlen(scene) : NULL; c && c > scene; c--)
+        if (c[-1] == '/' && ++folders == 2) {
+            name = c;
+            break;
+        }
+    return name && name[0] ? name : "A render";
 }
 
 static void put_facts(page_t *page)
@@ -208,9 +213,9 @@ static void warn_of_stays(page_t *page)
     if (lengths > 0)
         page_put(
             page,
-            "<p class=\"warn\">Chains of %u path length%s (the first is %.0f) stayed on one path for more than a "
-            "quarter of their run: the error of the pixels there may be larger than estimated.</p>\n",
-            lengths, lengths == 1 ? "" : "s", first);
+            "<p class=\"warn\">Chains of %s %.0f%s stayed on one path for more than a quarter of their run: the "
+            "error of the pixels there may be larger than estimated.</p>\n",
+            lengths == 1 ? "path length" : "several path lengths, from", first, lengths == 1 ? "" : " on,");
 }
 
 static void put_warnings(page_t *page)

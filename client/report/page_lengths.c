@@ -142,6 +142,25 @@ static void put_lengths_table(page_t *page)
     page_table_end(page, true);
 }
 
+/* Of samples beside the chains no time is known by length. */
+static void put_samples_words(page_t *page)
+{
+    const report_t *report = page->report;
+    const double samples = report_number(report, "samples", "samples"),
+                 seconds = report_number(report, "samples", "cpu_seconds");
+    if (!(samples > 0))
+        return;
+    page_put(page, "<p>Beside the chains ");
+    page_say_number(page, PAGE_COUNT, samples);
+    page_put(page, " independent samples brought what they find easily");
+    if (isfinite(seconds)) {
+        page_put(page, ", in ");
+        page_say_number(page, PAGE_SECONDS, seconds);
+        page_put(page, " of processor time; the times by length are those of the chains");
+    }
+    page_put(page, ".</p>\n");
+}
+
 void page_lengths(page_t *page)
 {
     series_t series[SERIES];
@@ -151,6 +170,7 @@ void page_lengths(page_t *page)
     find_series(series, page->report);
     page_put(page, "<p>Where the error comes from, and where the time goes.%s</p>\n",
              series[0].sum > 0 ? "" : " The error by length is not known.");
+    put_samples_words(page);
     if (largest_share(series, page->report) > 0)
         put_shares_plot(page, series);
     put_lengths_table(page);

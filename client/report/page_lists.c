@@ -168,10 +168,11 @@ void page_service(page_t *page)
                     report_number(report, "time", "render_cpu_seconds"));
     put_service_row(page, "Pilot's candidates", PAGE_COUNT, report_number(report, "pilot", "candidates"));
     put_service_row(page, "Refining samples", PAGE_COUNT, report_number(report, "pilot", "refining_samples"));
-    put_service_row(page, "Mutations per core and second", PAGE_NUMBER,
-                    report_number(report, "rates", "mutations_per_cpu_second"));
+    put_service_row(page, "Mutations per core and second", PAGE_COUNT,
+                    floor(report_number(report, "rates", "mutations_per_cpu_second")));
     put_service_row(page, "Rays", PAGE_COUNT, report_number(report, "rates", "rays"));
     put_service_row(page, "Shadow rays among them", PAGE_COUNT, report_number(report, "rates", "shadow_rays"));
+    put_service_row(page, "Stratification", PAGE_NUMBER, report_number(report, "", "stratification"));
     put_service_row(page, "Attempts lost", PAGE_COUNT, report_number(report, "service", "attempts_lost"));
     put_service_row(page, "Attempts failed", PAGE_COUNT, report_number(report, "service", "attempts_failed"));
     page_table_end(page, false);
@@ -203,7 +204,7 @@ static bool is_shown(const char *name)
     static const char *const shown[] = {
         "garland",    "instructions", "job",     "algorithm",      "biased", "width",   "height", "max_path_length",
         "stopped_by", "time",         "error",   "stratification", "rates",  "lengths", "chains", "pilot",
-        "rejected",   "service",      "history", "prediction",     "groups", "effects", "stuck"};
+        "rejected",   "service",      "history", "prediction",     "groups", "effects", "stuck",  "samples"};
     for (size_t i = 0; i < sizeof shown / sizeof shown[0]; i++)
         if (strcmp(name, shown[i]) == 0)
             return true;

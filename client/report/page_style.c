@@ -38,7 +38,7 @@ const char *const page_style[] = {
     ".warn{background:var(--warn-page);color:var(--warn);border-left:4px solid "
     "currentColor;border-radius:4px;padding:8px "
     "14px;margin:0 0 10px}\n",
-    "main{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:18px}\n"
+    "main{display:grid;grid-auto-flow:row dense;grid-template-columns:repeat(2,minmax(0,1fr));gap:18px}\n"
     "section{grid-column:1/-1;background:var(--surface);border:1px solid "
     "var(--line);border-radius:10px;padding:16px "
     "20px 18px;min-width:0}\n"
@@ -60,7 +60,7 @@ const char *const page_style[] = {
     "details{margin-top:8px}\n"
     "summary{cursor:pointer;color:var(--muted);font-size:13.5px}\n"
     "summary:hover,summary:focus-visible{color:var(--ink)}\n"
-    ".keys{display:flex;flex-wrap:wrap;gap:4px 18px;margin:2px 0 6px;padding:0;list-style:none;font-size:13px}\n"
+    ".keys{white-space:nowrap}\n"
     ".keys svg{width:11px;height:11px;margin-right:6px;vertical-align:-1px}\n"
     ".state{display:inline-block;border:1px solid currentColor;border-radius:9px;padding:0 8px;font-size:12px;"
     "line-height:1.5;color:var(--muted);white-space:nowrap}\n"

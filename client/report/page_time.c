@@ -73,11 +73,10 @@ static void put_time_table(page_t *page, const part_t *parts, int count, double 
     page_table(page, "Processor time by what it was spent on", columns, sizeof columns / sizeof columns[0], false);
     for (int i = 0; i < count; i++) {
         page_row(page);
-        page_put(
-            page,
-            "<th scope=\"row\" class=\"words\"><span class=\"keys\"><span><svg aria-hidden=\"true\" viewBox=\"0 0 "
-            "10 10\"><rect width=\"10\" height=\"10\" rx=\"2\" fill=\"%s\"/></svg>%s</span></span></th>",
-            parts[i].colour, parts[i].name);
+        page_put(page,
+                 "<th scope=\"row\" class=\"words\"><span class=\"keys\"><svg aria-hidden=\"true\" viewBox=\"0 0 "
+                 "10 10\"><rect width=\"10\" height=\"10\" rx=\"2\" fill=\"%s\"/></svg>%s</span></th>",
+                 parts[i].colour, parts[i].name);
         page_cell_text(page, parts[i].what);
         page_cell_number(page, PAGE_SECONDS, parts[i].seconds);
         page_cell_number(page, PAGE_PERCENT, parts[i].seconds / sum);
@@ -157,14 +156,12 @@ void page_groups(page_t *page)
     const report_t *report = page->report;
     const double spread = report_number(report, "groups", "spread"),
                  strata = report_number(report, "", "stratification");
-    if (report->group_count == 0 && !isfinite(spread) && !isfinite(strata))
-        return;
+    if (report->group_count == 0 && !isfinite(spread))
+        return; /* page_service has the stratification then */
     page_section(page, "groups", "half", "Stability between groups of chains");
-    if (report->group_count > 0 || isfinite(spread)) {
-        page_put(page, "<p>Independent groups of chains should be equally bright. Their standard deviation: ");
-        page_say_number(page, PAGE_PERCENT, spread);
-        page_put(page, ".</p>\n");
-    }
+    page_put(page, "<p>Independent groups of chains should be equally bright. Their standard deviation: ");
+    page_say_number(page, PAGE_PERCENT, spread);
+    page_put(page, ".</p>\n");
     if (report->group_count > 0)
         put_groups_plot(page, spread);
     if (isfinite(strata)) {

@@ -175,7 +175,7 @@ static void full_report_has_every_section(void **state)
         snprintf(id, sizeof id, "<section id=\"%s\"", sections[i]);
         assert_has(html, id);
     }
-    assert_has(html, "<h1>ring &lt;1&gt; &amp; &quot;box&quot;.pbrt</h1>");
+    assert_has(html, "<h1>rooms/ring &lt;1&gt; &amp; &quot;box&quot;.pbrt</h1>");
     assert_has(html, "is <strong>3\xc2\xa0%</strong> (95\xc2\xa0%: 2.83\xc2\xa0% to 3.32\xc2\xa0%)");
     assert_has(html, "<strong>30.2\xc2\xa0s</strong>");
     assert_has(html, "by the rule <strong>seconds</strong>");
