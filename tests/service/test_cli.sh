@@ -3,7 +3,7 @@
 . "${GARLAND_TESTS:?}/service/shell_fixture.sh"
 
 # ---- usage ----
-for command in render pack submit status fetch cancel compare; do
+for command in render pack submit status fetch cancel compare report; do
     expect 0 "usage: garland $command" garland "$command" --help
     expect 2 "garland $command --help" garland "$command" --nonsense
 done
@@ -93,6 +93,16 @@ same_pixels good.exr other.exr && fail 'another seed gives other pixels'
 job bundled 4 1 "$folder/scene.bundle"
 expect 0 '' garland render bundled.json --workers 1
 check 'a bundle gives what its scene gives' same_pixels good.exr bundled.exr
+
+# ---- report ----
+expect 0 '' garland report good.report.json --image good.png -o good.html --csv tables
+check 'the page holds its picture' grep -q 'src="data:image/png;base64,iVBOR' good.html
+check 'the tables are there' test -s tables/history.csv -a -s tables/lengths.csv -a -s tables/moves.csv
+expect 0 '' garland report good.report.json --image good.exr -o good.html
+expect 1 'good\.exr' garland report good.exr -o no.html
+expect 1 'missing\.json' garland report missing.json -o no.html
+expect 2 'one of -o' garland report good.report.json
+check 'no page of what is no report' test ! -e no.html
 
 # ---- compare ----
 expect 0 'error +0 ' garland compare good.exr bundled.exr
