@@ -4,6 +4,7 @@
 #define CLIENT_COMMANDS_H
 
 int command_render(int argc, char **argv);
+int command_plan(int argc, char **argv);
 int command_pack(int argc, char **argv);
 int command_submit(int argc, char **argv);
 int command_status(int argc, char **argv);

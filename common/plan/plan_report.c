@@ -1,7 +1,9 @@
 /* plan_report.c: the report (docs/reports.md): what was done, what it found, what it cost. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/effects.h"
 #include "plan/plan_state.h"
 
 static const char *const move_names[WORK_MOVES] = {"large", "small",   "technique", "jump",      "camera",
@@ -156,6 +158,28 @@ static json_t *report_rates(const plan_t *plan, double merged)
     return rates;
 }
 
+/* What the scene has, with the share of the light where the lengths tell it. */
+static json_t *report_effects(const plan_t *plan)
+{
+    effects_t effects;
+    double energy[EFFECT_COUNT], all = 0, indirect = 0, error;
+    for (int kind = 0; kind < EFFECT_COUNT; kind++)
+        energy[kind] = NAN;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const double b = plan_splits(plan) ? plan->lengths[k].light : plan_length_b(plan, k, &error);
+        all += b;
+        indirect += k > 2 ? b : 0;
+    }
+    energy[EFFECT_INDIRECT] = all > 0 ? indirect / all : NAN;
+    effects_analyse(&effects, plan->scene, &plan->settings);
+    effect_t *split = &effects.list[EFFECT_SPLIT];
+    if (split->present && !plan_splits(plan)) {
+        split->present = false;
+        snprintf(split->reason, sizeof split->reason, "the rules leave too few mutations to measure what to split");
+    }
+    return effects_json(&effects, energy);
+}
+
 json_t *plan_report(const plan_t *plan)
 {
     json_t *root = json_new_object();
@@ -180,6 +204,7 @@ json_t *plan_report(const plan_t *plan)
     json_add_number(time, "render_cpu_seconds", plan->totals.cpu_seconds - plan->pilot_cpu_seconds);
     json_add(time, "parts", report_time_parts(plan));
     json_add(root, "time", time);
+    json_add(root, "effects", report_effects(plan));
     plan_error_t estimate;
     plan_estimate_error(plan, &estimate);
     json_add(root, "error", report_error(&estimate));

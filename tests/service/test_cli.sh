@@ -3,7 +3,7 @@
 . "${GARLAND_TESTS:?}/service/shell_fixture.sh"
 
 # ---- usage ----
-for command in render pack submit status fetch cancel compare report; do
+for command in render plan pack submit status fetch cancel compare report; do
     expect 0 "usage: garland $command" garland "$command" --help
     expect 2 "garland $command --help" garland "$command" --nonsense
 done
@@ -103,6 +103,16 @@ expect 1 'good\.exr' garland report good.exr -o no.html
 expect 1 'missing\.json' garland report missing.json -o no.html
 expect 2 'one of -o' garland report good.report.json
 check 'no page of what is no report' test ! -e no.html
+
+# ---- plan ----
+expect 0 'Algorithm: mmlt, 32 x 24 pixels' garland plan good.json --workers 1 --seconds 1
+rm -rf planned && mkdir planned
+sed 's|good\.|planned/good.|g' good.json >planned.json
+expect 0 'Cost on 100 workers' garland plan planned.json --workers 1 --seconds 1 --for 100
+expect 0 '"effects":' garland plan planned.json --workers 1 --seconds 1 --json
+check 'a plan writes no outputs' test -z "$(ls -A planned)"
+expect 1 'missing\.json' garland plan missing.json
+expect 2 'expected a number from 1' garland plan good.json --for 0
 
 # ---- compare ----
 expect 0 'error +0 ' garland compare good.exr bundled.exr

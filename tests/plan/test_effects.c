@@ -1,0 +1,143 @@
+/* Effects: every scene of tests/scenes has those that its text says, made-up scenes have what was put in, and what
+ * nothing refers to is not there. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "load.h"
+#include "plan/effects.h"
+#include "support/small_scenes.h"
+
+static settings_t settings_of(settings_algorithm_t algorithm)
+{
+    settings_t s;
+    settings_default(&s);
+    s.algorithm = algorithm;
+    s.max_path_length = 5;
+    return s;
+}
+
+/* The names of what a scene (not the settings) brings, with a blank behind each. */
+static const char *present(const scene_t *scene)
+{
+    static char text[1024];
+    const settings_t s = settings_of(SETTINGS_BDPT);
+    effects_t effects;
+    effects_analyse(&effects, scene, &s);
+    text[0] = 0;
+    for (int kind = 0; kind < EFFECT_INDIRECT; kind++) {
+        assert_true(effects.list[kind].reason[0] != 0);
+        if (effects.list[kind].present)
+            snprintf(text + strlen(text), sizeof text - strlen(text), "%s ", effects_name((effect_kind_t)kind));
+    }
+    return text;
+}
+
+static void test_scenes_have_what_they_say(void **state)
+{
+    (void)state;
+    static const char *const expected[][2] = {
+        {"caustics", "diffuse glossy specular_reflection specular_transmission caustics area_lights "
+                     "interpolated_normals pixel_filter "},
+        {"delta-lights", "diffuse glossy caustics point_lights spot_lights "},
+        {"diffuse", "diffuse area_lights "},
+        {"environment",
+         "diffuse glossy specular_reflection specular_transmission caustics distant_lights environment "},
+        {"furnace", "diffuse area_lights "},
+        {"glass", "diffuse specular_reflection specular_transmission caustics area_lights "},
+        {"glossy", "diffuse glossy caustics area_lights "},
+        {"lens", "diffuse glossy caustics area_lights aperture pixel_filter "},
+        {"normals", "diffuse glossy caustics area_lights interpolated_normals "},
+        {"sky", "diffuse glossy caustics environment "},
+        {"tiny-light", "diffuse glossy caustics area_lights "},
+        {"transmission",
+         "diffuse diffuse_transmission glossy specular_reflection specular_transmission caustics area_lights "},
+    };
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        const char *found = present(load_scene(expected[i][0]));
+        if (strcmp(found, expected[i][1]) != 0)
+            fail_msg("%s has %s\nexpected %s", expected[i][0], found, expected[i][1]);
+    }
+    load_clear();
+}
+
+static void lights_are_told_apart(void **state)
+{
+    (void)state;
+    static const struct {
+        small_light_t light;
+        effect_kind_t kind;
+    } cases[] = {{SMALL_LIGHT_AREA, EFFECT_AREA_LIGHTS},       {SMALL_LIGHT_CONSTANT, EFFECT_ENVIRONMENT},
+                 {SMALL_LIGHT_POINT, EFFECT_POINT_LIGHTS},     {SMALL_LIGHT_SPOT, EFFECT_SPOT_LIGHTS},
+                 {SMALL_LIGHT_DISTANT, EFFECT_DISTANT_LIGHTS}, {SMALL_LIGHT_NONE, EFFECT_COUNT}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        small_scene_t small;
+        effects_t effects;
+        const settings_t s = settings_of(SETTINGS_RJMLT);
+        small_scene_box(&small, cases[i].light);
+        effects_analyse(&effects, &small.scene, &s);
+        for (int kind = EFFECT_AREA_LIGHTS; kind <= EFFECT_ENVIRONMENT; kind++)
+            assert_int_equal(effects.list[kind].present, kind == (int)cases[i].kind);
+        assert_true(effects.list[EFFECT_CAUSTICS].present);
+        small_scene_clear(&small);
+    }
+}
+
+static void what_nothing_refers_to_is_absent(void **state)
+{
+    (void)state;
+    char before[1024];
+    small_scene_t small;
+    small_scene_diffuse(&small);
+    snprintf(before, sizeof before, "%s", present(&small.scene));
+    const scene_material_t glass = small_material(SCENE_MATERIAL_DIELECTRIC);
+    const scene_light_t dark = {.kind = SCENE_LIGHT_POINT, .image = SCENE_NONE};
+    const uint32_t unused = small_add_material(&small, &glass);
+    small_add_light(&small, &dark);
+    small.scene = scene_builder_view(small.builder);
+    assert_string_equal(present(&small.scene), before);
+    small_add_sphere(&small, unused, (const float[3]){0, 0, 0}, 0.1f);
+    small.scene = scene_builder_view(small.builder);
+    assert_non_null(strstr(present(&small.scene), "specular_transmission caustics "));
+    assert_null(strstr(before, "specular_transmission"));
+    small_scene_clear(&small);
+}
+
+static void moves_are_those_of_the_algorithm(void **state)
+{
+    (void)state;
+    static const int expected[SETTINGS_ALGORITHMS] = {[SETTINGS_MMLT] = EFFECT_TECHNIQUE_STEPS,
+                                                      [SETTINGS_RJMLT] = EFFECT_JUMPS,
+                                                      [SETTINGS_CMLT] = EFFECT_JUMPS,
+                                                      [SETTINGS_CMLT_REX] = EFFECT_EXCHANGES,
+                                                      [SETTINGS_CMLT_IPSM] = EFFECT_INVERSE_STEPS};
+    small_scene_t small;
+    small_scene_diffuse(&small);
+    for (int a = 0; a < SETTINGS_ALGORITHMS; a++) {
+        effects_t effects;
+        settings_t s = settings_of((settings_algorithm_t)a);
+        s.technique_step = s.jump_step = 0.1;
+        effects_analyse(&effects, &small.scene, &s);
+        for (int kind = EFFECT_TECHNIQUE_STEPS; kind <= EFFECT_INVERSE_STEPS; kind++)
+            assert_int_equal(effects.list[kind].present, kind == expected[a]);
+        assert_false(effects.list[EFFECT_LENS_HITS].present);
+        assert_true(effects.list[EFFECT_INDIRECT].present);
+    }
+    small_scene_clear(&small);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_scenes_have_what_they_say),
+        cmocka_unit_test(lights_are_told_apart),
+        cmocka_unit_test(what_nothing_refers_to_is_absent),
+        cmocka_unit_test(moves_are_those_of_the_algorithm),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
