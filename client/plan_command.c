@@ -113,7 +113,9 @@ static void print_cost(const json_t *report, int workers, int wanted)
 {
     target_t targets[TARGETS];
     const bool fitted = read_targets(targets, report, workers);
-    const double scale = wanted > 0 ? (double)workers / wanted : 1;
+    /* The prediction's workers are CPU seconds a second: fewer than the processes on a busy machine. */
+    const double pace = number_of(json_get(report, "prediction"), "workers");
+    const double scale = wanted > 0 ? (fitted && pace > 0 ? pace : workers) / wanted : 1;
     printf("Cost on %d worker%s (%s)\n", wanted > 0 ? wanted : workers,
            (wanted > 0 ? wanted : workers) == 1 ? "" : "s",
            fitted ? "by the law fitted to the measured stretch"
