@@ -65,7 +65,9 @@ void hard_expect_lengths(const char *name, const scene_t *scene, hard_job_t job,
 /* b_k of a closed furnace for every length, by all three algorithms: L rho^(k-1) per pixel. */
 void hard_expect_furnace(const char *name, const scene_t *scene, hard_job_t job, double albedo, double emission);
 
-/* pt and mmlt against bdpt by t scores over 20 seeds, in quarters of the image and in the whole. */
+/* pt and every algorithm of chains against bdpt by t scores over 20 seeds, in quarters of the image and in the
+ * whole.
+ */
 void hard_agree(const char *name, const scene_t *scene, hard_job_t job);
 
 /* ---- the target ---- */
@@ -81,6 +83,19 @@ typedef struct hard_invariance {
 /* w_s f / p_s as paths are made, against f / sum p by definition in extended precision (tests/transport), where p
  * and f come from recomputed directions: they may differ by the path's condition (hard.c). */
 void hard_expect_invariance(const char *name, const scene_t *scene, const hard_invariance_t *options);
+
+typedef struct hard_round_trip {
+    uint32_t shortest, longest; /* path lengths */
+    uint32_t paths;             /* tried for each length */
+    uint32_t least;             /* round trips, at least */
+    double failing;             /* share of them that may not come back to the path */
+    double width;               /* of the narrowest lobe: C may change by 1e-7 over it */
+} hard_round_trip_t;
+
+/* S_s'(R_s'(x)) = x with the same C, for paths x of every technique s and every s' that can make them, numbers
+ * drawn anew and kept (path/inverse.h): every number in [0,1), every C finite, at most the stated share lost, and
+ * of those that come back at most one in 1000 with another C. */
+void hard_expect_round_trips(const char *name, const scene_t *scene, const hard_round_trip_t *options);
 
 /* Share of the segments of walks from the camera that leave a closed scene. */
 double hard_leaks(const scene_t *scene, uint32_t walks, uint32_t length);

@@ -12,10 +12,14 @@
 
 void trip_begin(trip_t *trip, const char *name)
 {
+    trip_open(trip, inverse_scene(name));
+}
+
+void trip_open(trip_t *trip, const scene_t *scene)
+{
     fault_t fault = {0};
-    const scene_t *scene = inverse_scene(name);
     if (path_scene_init(&trip->ps, scene, scene->camera, 0, 0, &fault))
-        fail_msg("%s: %s", name, fault.text);
+        fail_msg("%s", fault.text);
     trip->x = path_space_new();
     trip->y = path_space_new();
     assert_non_null(trip->x);
@@ -31,12 +35,17 @@ void trip_length(trip_t *trip, uint32_t k)
     target_init(&trip->target, &trip->ps, &settings, k);
 }
 
-void trip_end(trip_t *trip)
+void trip_close(trip_t *trip)
 {
     free(trip->x);
     free(trip->y);
     free(trip->z);
     path_scene_clear(&trip->ps);
+}
+
+void trip_end(trip_t *trip)
+{
+    trip_close(trip);
     inverse_scene_clear();
 }
 

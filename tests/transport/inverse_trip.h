@@ -15,7 +15,10 @@ typedef struct trip {
 
 /* A scene of inverse_scenes.h; fails the test if there is none. */
 void trip_begin(trip_t *trip, const char *scene);
+/* The same for a scene of the caller's, with trip_close for trip_end. */
+void trip_open(trip_t *trip, const scene_t *scene);
 void trip_length(trip_t *trip, uint32_t k);
+void trip_close(trip_t *trip);
 void trip_end(trip_t *trip);
 
 /* Uniform numbers; with `extreme` one in ten is 0 and one in ten the largest below 1. */
