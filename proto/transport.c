@@ -13,8 +13,9 @@ enum {
     ADDRESS_SIZE = 512,
     ROUTING_ID_SIZE = 5, /* of one that ZeroMQ made: a zero octet and a counter of 32 bits */
     LINGER_MS = 1000,
-    BACKLOG = 1024,    /* connections that wait for accept: all workers of a cluster at once */
-    RECEIVE_BURST = 64 /* frames that are no message at all, passed over in one transport_receive */
+    HELLO_RETRY_MS = 5, /* between attempts at a queue that is not there yet */
+    BACKLOG = 1024,     /* connections that wait for accept: all workers of a cluster at once */
+    RECEIVE_BURST = 64  /* frames that are no message at all, passed over in one transport_receive */
 };
 
 struct transport {
@@ -382,21 +383,47 @@ static fault_code_t refused_fault(const transport_t *t, const message_refused_t 
                      refused->text);
 }
 
+static int left_ms(double end)
+{
+    const double left = end - clock_now();
+    return left > 0 ? (int)(1e3 * left) + 1 : 0;
+}
+
+static fault_code_t silence_fault(const transport_t *t, int timeout_ms, fault_t *fault)
+{
+    return fault_set(fault, FAULT_TIMEOUT,
+                     "no answer from %s within %g s: no master listens there, the network drops it, or the "
+                     "server key differs",
+                     t->address, 1e-3 * timeout_ms);
+}
+
+/* A connection that the master broke has no queue until it is made anew: tries again until `end`, then FAULT_LIMIT
+ * as transport_send. */
+static fault_code_t send_hello(transport_t *t, const message_hello_t *hello, double end, fault_t *fault)
+{
+    const message_t message = {.type = MESSAGE_HELLO, .hello = *hello};
+    for (;;) {
+        const fault_code_t code = transport_send(t, TRANSPORT_MASTER, &message, fault);
+        const int left = left_ms(end);
+        if (code != FAULT_LIMIT || left == 0)
+            return code;
+        zmq_poll(NULL, 0, left < HELLO_RETRY_MS ? left : HELLO_RETRY_MS);
+    }
+}
+
 fault_code_t transport_hello(transport_t *t, const message_hello_t *hello, int timeout_ms, transport_event_t *event,
                              fault_t *fault)
 {
     const double end = clock_now() + 1e-3 * timeout_ms;
-    const message_t message = {.type = MESSAGE_HELLO, .hello = *hello};
-    TRY(transport_send(t, TRANSPORT_MASTER, &message, fault));
+    const fault_code_t sent = send_hello(t, hello, end, fault);
+    if (sent == FAULT_LIMIT)
+        return silence_fault(t, timeout_ms, fault);
+    if (sent)
+        return sent;
     for (;;) {
-        const double left = end - clock_now();
-        const int left_ms = left > 0 ? (int)(1e3 * left) + 1 : 0;
-        const fault_code_t code = transport_receive_within(t, left_ms, event, fault);
+        const fault_code_t code = transport_receive_within(t, left_ms(end), event, fault);
         if (code == FAULT_TIMEOUT)
-            return fault_set(fault, FAULT_TIMEOUT,
-                             "no answer from %s within %g s: no master listens there, the network drops it, or the "
-                             "server key differs",
-                             t->address, 1e-3 * timeout_ms);
+            return silence_fault(t, timeout_ms, fault);
         if (code)
             return code;
         if (event->message.type == MESSAGE_WELCOME)
