@@ -90,6 +90,8 @@ static json_t *entry_json(const gain_entry_t *entry, size_t point_count)
     for (size_t k = 1; k <= entry->length_count; k++)
         json_append(lengths, length_json(&entry->lengths[k], k));
     json_add(object, "lengths", lengths);
+    if (entry->lengths[0].move_count > 0)
+        json_add(object, "chains_of_all_lengths", length_json(&entry->lengths[0], 0));
     if (entry->report)
         json_add(object, "first_report", json_copy(entry->report));
     return object;
@@ -189,6 +191,9 @@ static void read_entry(gain_entry_t *entry, const json_t *object, size_t point_c
     for (const json_t *m = json_is_array(lengths) ? json_first(lengths) : NULL;
          m && entry->length_count + 1 < GAIN_LENGTHS; m = json_next(m))
         read_length(&entry->lengths[++entry->length_count], m);
+    const json_t *whole = json_get(object, "chains_of_all_lengths");
+    if (json_is_object(whole))
+        read_length(&entry->lengths[0], whole);
 }
 
 static fault_code_t read_scene(gain_scene_t *scene, const json_t *root, fault_t *fault)
@@ -333,7 +338,7 @@ void gain_length_add(gain_length_t *length, const char *name, double proposed, d
 gain_length_t gain_entry_total(const gain_entry_t *entry)
 {
     gain_length_t total = {0};
-    for (size_t k = 1; k <= entry->length_count; k++) {
+    for (size_t k = 0; k <= entry->length_count; k++) {
         const gain_length_t *length = &entry->lengths[k];
         total.mutations += length->mutations;
         total.cpu_seconds += length->cpu_seconds;

@@ -54,7 +54,7 @@ typedef struct gain_entry {
                                               over the pixels, 99th percentile */
     double systematic; /* relMSE that no number of seeds would average out; near its noise it may be negative */
     double nonfinite;  /* pixels, over all runs */
-    gain_length_t lengths[GAIN_LENGTHS]; /* [1] .. [length_count] */
+    gain_length_t lengths[GAIN_LENGTHS]; /* [1] .. [length_count]; [0]: chains of all lengths at once */
     size_t length_count;
     json_t *report; /* the first seed's */
 } gain_entry_t;

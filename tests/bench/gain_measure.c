@@ -107,21 +107,28 @@ static void run_figures(gain_run_t *figures, const json_t *report)
         report_number(report, "rates", "rays") / report_number(report, "rates", "mutations");
 }
 
-/* Adds what the report says of the path lengths. */
+static void length_add(gain_length_t *length, const json_t *m)
+{
+    length->mutations += json_number(json_get(m, "mutations"));
+    length->cpu_seconds += json_number(json_get(m, "cpu_seconds"));
+    length->zero += json_number(json_get(m, "zero_contribution"));
+    length->longest_stay = fmax(length->longest_stay, json_number(json_get(m, "longest_stay")));
+    for (const json_t *move = json_first(json_get(m, "moves")); move; move = json_next(move))
+        gain_length_add(length, json_name(move), json_number(json_get(move, "proposed")),
+                        json_number(json_get(move, "acceptance")));
+}
+
+/* Adds what the report says of the path lengths, and of chains of all lengths at once. */
 static void entry_add_lengths(gain_entry_t *entry, const json_t *report)
 {
+    const json_t *whole = json_get(report, "chains");
+    if (whole)
+        length_add(&entry->lengths[0], whole);
     for (const json_t *m = json_first(json_get(report, "lengths")); m; m = json_next(m)) {
         const size_t k = (size_t)json_number(json_get(m, "length"));
         if (k < 1 || k >= GAIN_LENGTHS)
             continue;
-        gain_length_t *length = &entry->lengths[k];
-        length->mutations += json_number(json_get(m, "mutations"));
-        length->cpu_seconds += json_number(json_get(m, "cpu_seconds"));
-        length->zero += json_number(json_get(m, "zero_contribution"));
-        length->longest_stay = fmax(length->longest_stay, json_number(json_get(m, "longest_stay")));
-        for (const json_t *move = json_first(json_get(m, "moves")); move; move = json_next(move))
-            gain_length_add(length, json_name(move), json_number(json_get(move, "proposed")),
-                            json_number(json_get(move, "acceptance")));
+        length_add(&entry->lengths[k], m);
         entry->length_count = k > entry->length_count ? k : entry->length_count;
     }
 }

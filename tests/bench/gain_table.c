@@ -188,8 +188,23 @@ static void moves_row(FILE *out, const gain_entry_t *entry, const char *move, ui
     fputc('\n', out);
 }
 
+/* Chains of all lengths at once: one column, of all of them. */
+static void moves_whole(FILE *out, const gain_entry_t *entry)
+{
+    const gain_length_t *whole = &entry->lengths[0];
+    for (size_t i = 0; i < whole->move_count; i++)
+        fprintf(out, "%-22s %-12s %6.3f (all lengths at once)\n", entry->variant.name, whole->moves[i].name,
+                whole->moves[i].acceptance);
+    fprintf(out, "%-22s %-12s %6.1f\n%-22s %-12s %6.2f\n", entry->variant.name, "zero %", 100 * zero_share(whole),
+            entry->variant.name, "us/mutation", 1e6 * whole->cpu_seconds / whole->mutations);
+}
+
 static void moves_entry(FILE *out, const gain_entry_t *entry, uint32_t longest)
 {
+    if (entry->lengths[0].move_count > 0) {
+        moves_whole(out, entry);
+        return;
+    }
     const gain_length_t total = gain_entry_total(entry);
     if (total.move_count == 0) /* independent samples */
         return;

@@ -200,6 +200,33 @@ static char *print(void (*printer)(FILE *, const gain_scene_t *, size_t), const 
     return text;
 }
 
+static void acceptance_of_chains_of_all_lengths_is_kept(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/garland-gain-XXXXXX";
+    gain_scene_t scene, back;
+    fault_t fault = {0};
+    fill_scene(&scene);
+    memset(scene.entries[1].lengths, 0, sizeof scene.entries[1].lengths);
+    scene.entries[1].lengths[0].mutations = 1000;
+    gain_length_add(&scene.entries[1].lengths[0], "small", 900, 0.375);
+    char *text = scene_text(&scene);
+    const int file = mkstemp(path);
+    assert_true(file >= 0);
+    close(file);
+    assert_int_equal(file_write(path, text, strlen(text), &fault), FAULT_NONE);
+    free(text);
+    assert_int_equal(gain_scene_read(&back, path, &fault), FAULT_NONE);
+    unlink(path);
+    const gain_length_t total = gain_entry_total(&back.entries[1]);
+    assert_near(gain_length_move(&total, "small")->acceptance, 0.375, 1e-12);
+    char *moves = print(gain_print_moves, &back);
+    assert_non_null(strstr(moves, "0.375 (all lengths at once)"));
+    free(moves);
+    gain_scene_clear(&scene);
+    gain_scene_clear(&back);
+}
+
 static void tables_say_who_gains_and_what_is_not_reproduced(void **state)
 {
     (void)state;
@@ -408,6 +435,7 @@ int main(void)
         cmocka_unit_test(verdicts_need_the_whole_interval),
         cmocka_unit_test(figures_come_back_from_their_file),
         cmocka_unit_test(acceptance_of_all_lengths_is_that_of_all_proposals),
+        cmocka_unit_test(acceptance_of_chains_of_all_lengths_is_kept),
         cmocka_unit_test(tables_say_who_gains_and_what_is_not_reproduced),
         cmocka_unit_test(plots_are_well_formed_whatever_the_names),
         cmocka_unit_test(lists_of_variants_are_read_and_checked),
