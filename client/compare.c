@@ -1,27 +1,34 @@
-/* garland compare: how far an image is from a reference. */
+/* garland compare: how far an image, or a folder of them, is from references. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 
 #include "base/json.h"
 #include "client/commands.h"
+#include "client/compare_folders.h"
 #include "client/options.h"
 #include "client/remote.h"
 #include "film/compare.h"
-#include "film/exr.h"
-#include "film/pfm.h"
+#include "film/image_file.h"
 #include "film/png.h"
 
 static const char usage[] =
     "usage: garland compare IMAGE REFERENCE [--json] [--reference2 FILE] [--heatmap FILE.png]\n"
+    "       garland compare IMAGES REFERENCES [--json] [--csv FILE] [--heatmaps DIR]\n"
     "\n"
-    "Compares OpenEXR or PFM images: MSE, relMSE (mean of (I-R)^2 / (R^2 + 0.01), scaled so that R's mean "
+    "Compares OpenEXR or PFM images, two or all of two folders by their names without ending: MSE, relMSE (mean of "
+    "(I-R)^2 / (R^2 + 0.01), scaled so that R's mean "
     "luminance is 1),\n"
     "error (its square root), relMSE without the worst 0.1 % of the pixels, bias (ratio of the means).\n"
     "\n"
     "  --json              as JSON\n"
     "  --reference2 FILE   a second, independent reference: the references' own noise then cancels\n"
-    "  --heatmap FILE.png  the relative error of each pixel as a picture\n";
+    "  --heatmap FILE.png  the relative error of each pixel as a picture\n"
+    "\n"
+    "With folders:\n"
+    "  --csv FILE          a row for each pair\n"
+    "  --heatmaps DIR      a heat map of each pair, NAME.png, into DIR (made if missing)\n";
 
 typedef struct comparison {
     image_t image, reference, second;
@@ -93,42 +100,23 @@ static fault_code_t write_heat_map(const comparison_t *c, const char *path, faul
     return code;
 }
 
-/* OpenEXR or PFM, told apart by the first byte. */
-static fault_code_t read_image(image_t *image, const char *path, fault_t *fault)
-{
-    FILE *file = fopen(path, "rb");
-    const int first = file ? fgetc(file) : EOF;
-    if (file)
-        fclose(file);
-    return first == 'P' ? pfm_read(image, path, fault) : exr_read(image, path, fault);
-}
-
 static fault_code_t compare(comparison_t *c, const char *const paths[3], const char *heat_map, fault_t *fault)
 {
     const compare_options_t options = {.names = {paths[0], paths[1], paths[2]}};
     c->two = paths[2] != NULL;
-    TRY(read_image(&c->image, paths[0], fault));
-    TRY(read_image(&c->reference, paths[1], fault));
+    TRY(image_file_read(&c->image, paths[0], fault));
+    TRY(image_file_read(&c->reference, paths[1], fault));
     if (c->two)
-        TRY(read_image(&c->second, paths[2], fault));
+        TRY(image_file_read(&c->second, paths[2], fault));
     TRY(compare_images(&c->result, &c->image, &c->reference, c->two ? &c->second : NULL, &options, fault));
     return heat_map ? write_heat_map(c, heat_map, fault) : FAULT_NONE;
 }
 
-int command_compare(int argc, char **argv)
+static int run_images(const char *const paths[3], const char *heat_map, bool as_json)
 {
-    const char *paths[3] = {NULL, NULL, NULL}, *heat_map = NULL;
-    bool as_json = false;
-    int status;
-    const option_t list[] = {{"json", OPTION_FLAG, &as_json},
-                             {"reference2", OPTION_TEXT, &paths[2]},
-                             {"heatmap", OPTION_TEXT, &heat_map},
-                             {0}};
-    if (!options_parse("compare", usage, list, argc, argv, paths, 2, 2, &status))
-        return status;
     comparison_t *comparison = calloc(1, sizeof *comparison);
     fault_t fault = {0};
-    status = STATUS_SUCCESS;
+    int status = STATUS_SUCCESS;
     if (!comparison)
         fault_set(&fault, FAULT_MEMORY, "out of memory");
     else
@@ -146,4 +134,35 @@ int command_compare(int argc, char **argv)
     }
     free(comparison);
     return status;
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+int command_compare(int argc, char **argv)
+{
+    const char *paths[3] = {NULL, NULL, NULL}, *heat_map = NULL;
+    compare_folders_options_t folders = {0};
+    int status;
+    fault_t fault = {0};
+    const option_t list[] = {{"json", OPTION_FLAG, &folders.json},         {"reference2", OPTION_TEXT, &paths[2]},
+                             {"heatmap", OPTION_TEXT, &heat_map},          {"csv", OPTION_TEXT, &folders.csv},
+                             {"heatmaps", OPTION_TEXT, &folders.heatmaps}, {0}};
+    if (!options_parse("compare", usage, list, argc, argv, paths, 2, 2, &status))
+        return status;
+    if (is_folder(paths[0]) != is_folder(paths[1]))
+        return options_refuse("compare", "%s is a folder and %s is not: two images or two folders are compared",
+                              paths[!is_folder(paths[0])], paths[is_folder(paths[0])]);
+    if (!is_folder(paths[0])) {
+        if (folders.csv || folders.heatmaps)
+            return options_refuse("compare", "--csv and --heatmaps go with folders");
+        return run_images(paths, heat_map, folders.json);
+    }
+    if (paths[2] || heat_map)
+        return options_refuse("compare", "--reference2 and --heatmap go with two images");
+    return compare_folders(paths[0], paths[1], &folders, &fault) == FAULT_NONE ? STATUS_SUCCESS
+                                                                               : remote_fail(&fault);
 }

@@ -124,6 +124,22 @@ expect 1 'good\.png' garland compare good.exr good.png
 sed 's|"width": 32|"width": 31|; s|good\.|small.|g' good.json >small.json
 expect 0 '' garland render small.json --workers 1
 expect 1 '31' garland compare good.exr small.exr
+mkdir left right
+cp good.exr left/a.exr; cp other.exr left/b.exr; cp good.exr left/alone.exr
+cp good.exr right/a.exr; cp good.exr right/b.exr; cp good.exr right/waiting.exr
+expect 0 '^median ' garland compare left right --csv pairs.csv --heatmaps heat
+check 'a row for each pair' test "$(wc -l <pairs.csv)" = 3
+check 'a heat map for each pair' test "$(ls heat)" = "$(printf 'a.png\nb.png')"
+expect 0 'without a reference: left/alone.exr' garland compare left right
+expect 0 'without an image: right/waiting.exr' garland compare left right
+expect 0 '"images_without_reference":' garland compare left right --json
+cp small.exr right/b.exr
+expect 1 '1 of 2 pairs could not be compared' garland compare left right
+expect 2 'two images or two folders' garland compare left right/a.exr
+expect 2 'go with folders' garland compare good.exr other.exr --csv pairs.csv
+expect 2 'go with two images' garland compare left right --heatmap heat.png
+mkdir none
+expect 1 'no .exr or .pfm image of one name' garland compare left none
 
 # ---- nothing left ----
 check 'no temporary files' test -z "$(ls -A "$TMPDIR")"
