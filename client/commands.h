@@ -11,6 +11,7 @@ int command_status(int argc, char **argv);
 int command_fetch(int argc, char **argv);
 int command_cancel(int argc, char **argv);
 int command_compare(int argc, char **argv);
+int command_bench(int argc, char **argv);
 int command_report(int argc, char **argv);
 int command_lab(int argc, char **argv);
 

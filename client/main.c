@@ -13,7 +13,8 @@ static const char usage[] =
     "  render JOB.json [--workers N] [--out DIR]   render a job, from scene file to picture\n"
     "  plan JOB.json [--workers N] [--for N]       what a job would simulate, and what accuracy would cost\n"
     "  pack SCENE -o FILE                          a scene as one checked file\n"
-    "  compare IMAGE REFERENCE [--json]            how far an image is from a reference\n"
+    "  compare IMAGE REFERENCE [--json]            how far an image, or a folder of them, is from references\n"
+    "  bench FILE.json [--out DIR]                 scenes, algorithms and settings compared at equal time\n"
     "  report REPORT.json -o PAGE.html             a report as a page to look at, or as tables (--csv)\n"
     "  lab [EXPERIMENT]                            Markov chains with known laws, right and wrong\n"
     "\n"
@@ -32,8 +33,9 @@ typedef struct command {
 } command_t;
 
 static const command_t commands[] = {
-    {"render", command_render}, {"plan", command_plan},   {"pack", command_pack},     {"submit", command_submit},
-    {"status", command_status}, {"fetch", command_fetch}, {"cancel", command_cancel}, {"compare", command_compare},
+    {"render", command_render}, {"plan", command_plan},       {"pack", command_pack},
+    {"submit", command_submit}, {"status", command_status},   {"fetch", command_fetch},
+    {"cancel", command_cancel}, {"compare", command_compare}, {"bench", command_bench},
     {"report", command_report}, {"lab", command_lab}};
 enum { COMMANDS = sizeof commands / sizeof commands[0] };
 

@@ -17,7 +17,7 @@
 #include "film/pfm.h"
 #include "options.h"
 #include "parallel.h"
-#include "spread.h"
+#include "client/bench/spread.h"
 
 enum { MAX_SEEDS = 1000, JOB_TEXT = 2048 };
 

@@ -241,7 +241,7 @@ static void gain_report(int argc, char **argv)
     options_scenes(&list, argc, argv, usual_scenes);
     const char *from = needed(argc, argv, "--from"), *folder = needed(argc, argv, "--out"),
                *prefix = options_value(argc, argv, "--prefix");
-    gain_scene_t *scenes = gain_allocate(list.count, sizeof *scenes);
+    gain_scene_t *scenes = seeds_allocate(list.count, sizeof *scenes);
     const size_t count = read_scenes(scenes, &list, from);
     prefix = prefix ? prefix : "";
     if (file_make_folder(folder, &fault))

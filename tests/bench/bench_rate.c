@@ -16,7 +16,7 @@
 #include "options.h"
 #include "parallel.h"
 #include "rate_case.h"
-#include "spread.h"
+#include "client/bench/spread.h"
 
 enum { MAX_CASES = OPTIONS_LIST * SETTINGS_ALGORITHMS, MAX_REPETITIONS = 101, MAX_THREAD_COUNTS = 8 };
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "seeds.h"
+#include "client/bench/seeds.h"
 
 /* What is compared: of variant a, over the same of variant b where there is one. */
 typedef enum claim_kind {
@@ -90,7 +90,7 @@ gain_verdict_t gain_verdict_of(double low, double high, double limit, bool above
 static gain_figure_t log_of_runs(const gain_scene_t *scene, const gain_entry_t *entry, gain_quantity_t quantity,
                                  bool spread)
 {
-    double *values = gain_allocate(entry->run_count, sizeof *values);
+    double *values = seeds_allocate(entry->run_count, sizeof *values);
     gain_entry_values(entry, scene->point_count - 1, quantity, values);
     const gain_figure_t figure =
         spread ? seeds_log_deviation(values, entry->run_count) : seeds_log_mean(values, entry->run_count);
@@ -191,7 +191,7 @@ static void print_claim(FILE *out, const gain_scene_t *scenes, size_t count, siz
 {
     const claim_t *claim = &claims[number];
     const bool errors = claim->kind <= CLAIM_SPREAD;
-    gain_verdict_t *verdicts = gain_allocate(count, sizeof *verdicts);
+    gain_verdict_t *verdicts = seeds_allocate(count, sizeof *verdicts);
     fprintf(out, "\n%2zu. %s: %s\n    %s of %s%s%s", number + 1, claim->source, claim->text,
             kind_names[claim->kind], claim->a, claim->move_a ? " " : "", claim->move_a ? claim->move_a : "");
     if (claim->b)

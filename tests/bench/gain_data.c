@@ -7,14 +7,6 @@
 
 #include "base/file.h"
 
-void *gain_allocate(size_t count, size_t size)
-{
-    void *memory = calloc(count ? count : 1, size);
-    if (!memory)
-        abort();
-    return memory;
-}
-
 /* ---- writing ---- */
 
 static json_t *figure_json(gain_figure_t figure)
@@ -180,7 +172,7 @@ static void read_entry(gain_entry_t *entry, const json_t *object, size_t point_c
     entry->run_count = json_is_array(runs) ? json_size(runs) : 0;
     if (entry->run_count == 0 && !entry->refused[0])
         snprintf(entry->refused, sizeof entry->refused, "no runs");
-    entry->runs = gain_allocate(entry->run_count, sizeof *entry->runs);
+    entry->runs = seeds_allocate(entry->run_count, sizeof *entry->runs);
     size_t i = 0;
     for (const json_t *m = entry->run_count ? json_first(runs) : NULL; m; m = json_next(m))
         read_run(&entry->runs[i++], m, point_count);
@@ -219,7 +211,7 @@ static fault_code_t read_scene(gain_scene_t *scene, const json_t *root, fault_t 
     scene->reference_noise = read_number(reference, "noise");
     scene->reference_difference = read_number(reference, "brightness_difference");
     scene->entry_count = json_size(entries);
-    scene->entries = gain_allocate(scene->entry_count, sizeof *scene->entries);
+    scene->entries = seeds_allocate(scene->entry_count, sizeof *scene->entries);
     size_t i = 0;
     for (const json_t *m = json_first(entries); m; m = json_next(m))
         read_entry(&scene->entries[i++], m, scene->point_count);
@@ -300,7 +292,7 @@ void gain_entry_values(const gain_entry_t *entry, size_t point, gain_quantity_t 
 
 spread_t gain_entry_spread(const gain_entry_t *entry, size_t point, gain_quantity_t quantity)
 {
-    double *values = gain_allocate(entry->run_count, sizeof *values);
+    double *values = seeds_allocate(entry->run_count, sizeof *values);
     gain_entry_values(entry, point, quantity, values);
     bool known = true;
     for (size_t i = 0; i < entry->run_count; i++)

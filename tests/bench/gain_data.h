@@ -7,7 +7,8 @@
 
 #include "base/json.h"
 #include "gain_list.h"
-#include "spread.h"
+#include "client/bench/seeds.h"
+#include "client/bench/spread.h"
 
 enum { GAIN_POINTS = 16, GAIN_LENGTHS = 128, GAIN_MOVES = 16, GAIN_TEXT = 256 };
 
@@ -40,10 +41,7 @@ typedef struct gain_length {
     size_t move_count;
 } gain_length_t;
 
-/* A figure with the standard error that the seeds give it (by leaving out one at a time). */
-typedef struct gain_figure {
-    double value, error;
-} gain_figure_t;
+typedef seeds_figure_t gain_figure_t;
 
 typedef struct gain_entry {
     gain_variant_t variant;
@@ -71,9 +69,6 @@ typedef struct gain_scene {
     gain_entry_t *entries;
     size_t entry_count;
 } gain_scene_t;
-
-/* Zeroed memory; aborts if there is none, as nothing here is large. */
-void *gain_allocate(size_t count, size_t size);
 
 json_t *gain_scene_json(const gain_scene_t *scene);
 /* Reads what gain_scene_json wrote; the caller clears. Faults name the file. */

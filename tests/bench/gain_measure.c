@@ -10,8 +10,9 @@
 #include "film/compare.h"
 #include "math/vec.h"
 #include "parallel.h"
-#include "seeds.h"
-#include "solo.h"
+#include "client/bench/run.h"
+#include "client/bench/seeds.h"
+#include "client/bench/solo.h"
 
 #define MISSING_MOST 0.03 /* of the light, in an image that has an error */
 
@@ -42,21 +43,6 @@ typedef struct run {
     double nonfinite;
 } run_t;
 
-/* The part of the light in path lengths that chains have not come to yet: an image without it is no estimate, and
- * near-black ones have a relMSE below 1 that better ones have not. Samples are of all lengths. */
-static double report_missing(const json_t *report)
-{
-    double missing = 0, total = 0;
-    for (const json_t *m = json_first(json_get(report, "lengths")); m; m = json_next(m)) {
-        const double b = json_number(json_get(json_get(m, "b"), "value"));
-        const json_t *mutations = json_get(m, "mutations");
-        total += b;
-        if (mutations && !(json_number(mutations) > 0))
-            missing += b;
-    }
-    return total > 0 ? missing / total : 0;
-}
-
 static gain_point_t run_point(const compare_result_t *result, const json_t *report, double cpu_seconds)
 {
     gain_point_t point = {.cpu_seconds = cpu_seconds,
@@ -64,7 +50,7 @@ static gain_point_t run_point(const compare_result_t *result, const json_t *repo
                           .relmse = result->relmse,
                           .trimmed = result->relmse_trimmed,
                           .brightness = result->bias};
-    if (report_missing(report) > MISSING_MOST)
+    if (run_missing_light(report) > MISSING_MOST)
         point.relmse = point.trimmed = NAN;
     return point;
 }
@@ -77,7 +63,7 @@ static fault_code_t run_look(void *user, size_t index, double cpu_seconds, const
     image_t image;
     TRY(plan_image(plan, &image, fault));
     json_t *report = plan_report(plan);
-    compare_result_t *result = gain_allocate(1, sizeof *result);
+    compare_result_t *result = seeds_allocate(1, sizeof *result);
     const fault_code_t code =
         compare_images(result, &image, &reference->halves[0], &reference->halves[1], NULL, fault);
     run->figures->points[index] = run_point(result, report, cpu_seconds);
@@ -154,7 +140,7 @@ static fault_code_t entry_add(measure_t *m, gain_entry_t *entry, images_t *image
     return FAULT_NONE;
 }
 
-static fault_code_t run_render(run_t *run, const gain_entry_t *entry, fault_t *fault)
+static fault_code_t run_make(run_t *run, const gain_entry_t *entry, fault_t *fault)
 {
     const measure_t *m = run->measure;
     job_t job;
@@ -183,7 +169,7 @@ static void measure_one(measure_t *m, size_t index, unsigned seed)
         return;
     run.figures->seed = m->options->first_seed + seed;
     pthread_mutex_unlock(&m->lock);
-    fault_code_t code = run_render(&run, entry, &fault);
+    fault_code_t code = run_make(&run, entry, &fault);
     pthread_mutex_lock(&m->lock);
     if (!code)
         code = entry_add(m, entry, &m->images[index], seed, &run, &fault);
@@ -225,7 +211,7 @@ static fault_code_t entry_systematic(gain_entry_t *entry, const images_t *images
         mean.data[i] = (float)(images->sums[i] / n);
     for (size_t i = 0; i < entry->run_count; i++)
         single += entry->runs[i].points[m->scene->point_count - 1].relmse / n;
-    compare_result_t *result = gain_allocate(1, sizeof *result);
+    compare_result_t *result = seeds_allocate(1, sizeof *result);
     const fault_code_t code =
         compare_images(result, &mean, &m->reference->halves[0], &m->reference->halves[1], NULL, fault);
     entry->systematic = n > 1 ? (n * result->relmse - single) / (n - 1) : NAN;
@@ -253,21 +239,21 @@ static void measure_entries(measure_t *m)
     const gain_options_t *o = m->options;
     gain_scene_t *scene = m->scene;
     scene->entry_count = o->variants->count;
-    scene->entries = gain_allocate(scene->entry_count, sizeof *scene->entries);
-    m->images = gain_allocate(scene->entry_count, sizeof *m->images);
+    scene->entries = seeds_allocate(scene->entry_count, sizeof *scene->entries);
+    m->images = seeds_allocate(scene->entry_count, sizeof *m->images);
     for (size_t i = 0; i < scene->entry_count; i++) {
         gain_entry_t *entry = &scene->entries[i];
         fault_t fault = {0};
         job_t job;
         entry->variant = o->variants->items[i];
         entry->run_count = o->seeds;
-        entry->runs = gain_allocate(o->seeds, sizeof *entry->runs);
+        entry->runs = seeds_allocate(o->seeds, sizeof *entry->runs);
         if (gain_job(&job, m->loaded->entry, scene->size, &entry->variant, 1, o->seconds, &fault)) {
             snprintf(entry->refused, sizeof entry->refused, "%.*s", (int)sizeof entry->refused - 1, fault.text);
             continue;
         }
-        m->images[i].sums = gain_allocate(3 * m->pixels, sizeof(double));
-        m->images[i].luminances = gain_allocate(o->seeds * m->pixels, sizeof(float));
+        m->images[i].sums = seeds_allocate(3 * m->pixels, sizeof(double));
+        m->images[i].luminances = seeds_allocate(o->seeds * m->pixels, sizeof(float));
     }
 }
 

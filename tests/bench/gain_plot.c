@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "draw/svg.h"
-#include "seeds.h"
+#include "client/bench/seeds.h"
 
 enum {
     COLUMNS = 3,

@@ -12,7 +12,7 @@
 #include "film/pfm.h"
 #include "options.h"
 #include "parallel.h"
-#include "solo.h"
+#include "client/bench/solo.h"
 
 enum { PATH_ROOM = 4096, NAME_ROOM = 256, MAX_PARTS = 1 << 16 };
 

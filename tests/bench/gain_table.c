@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "seeds.h"
+#include "client/bench/seeds.h"
 
 static size_t last_point(const gain_scene_t *scene)
 {
@@ -18,7 +18,7 @@ static double median_of(const gain_scene_t *scene, const gain_entry_t *entry, ga
 
 static double mean_of(const gain_scene_t *scene, const gain_entry_t *entry, gain_quantity_t quantity)
 {
-    double *values = gain_allocate(entry->run_count, sizeof *values), sum = 0;
+    double *values = seeds_allocate(entry->run_count, sizeof *values), sum = 0;
     gain_entry_values(entry, last_point(scene), quantity, values);
     for (size_t i = 0; i < entry->run_count; i++)
         sum += values[i];
@@ -101,7 +101,7 @@ void gain_print_summary(FILE *out, const gain_scene_t *scenes, size_t count)
 /* Mean brightness and its standard error: of the seeds, and of the reference. */
 static gain_figure_t brightness_of(const gain_scene_t *scene, const gain_entry_t *entry)
 {
-    double *values = gain_allocate(entry->run_count, sizeof *values), sum = 0;
+    double *values = seeds_allocate(entry->run_count, sizeof *values), sum = 0;
     const double n = (double)entry->run_count, mean = mean_of(scene, entry, GAIN_BRIGHTNESS);
     gain_entry_values(entry, last_point(scene), GAIN_BRIGHTNESS, values);
     for (size_t i = 0; i < entry->run_count; i++)

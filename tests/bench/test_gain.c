@@ -17,8 +17,8 @@
 #include "gain_measure.h"
 #include "gain_plot.h"
 #include "gain_table.h"
-#include "seeds.h"
-#include "solo.h"
+#include "client/bench/seeds.h"
+#include "client/bench/solo.h"
 #include "support/near.h"
 #include "draw/svg.h"
 
@@ -109,14 +109,14 @@ static void fill_scene(gain_scene_t *scene)
                             .entry_count = 3};
     snprintf(scene->name, sizeof scene->name, "a<b>&\"c\"");
     snprintf(scene->recipe, sizeof scene->recipe, "bdpt");
-    scene->entries = gain_allocate(3, sizeof *scene->entries);
+    scene->entries = seeds_allocate(3, sizeof *scene->entries);
     for (size_t i = 0; i < 2; i++) {
         gain_entry_t *entry = &scene->entries[i];
         snprintf(entry->variant.name, GAIN_NAME, "%s", i ? "rjmlt" : "mmlt");
         snprintf(entry->variant.algorithm, GAIN_NAME, "%s", i ? "rjmlt" : "mmlt");
         snprintf(entry->variant.chains, GAIN_CHAINS, "{\"failures\":\"plain\"}");
         entry->run_count = 3;
-        entry->runs = gain_allocate(3, sizeof *entry->runs);
+        entry->runs = seeds_allocate(3, sizeof *entry->runs);
         for (size_t r = 0; r < 3; r++) {
             entry->runs[r] = (gain_run_t){
                 .seed = UINT64_MAX - r, .estimate = NAN, .us_per_mutation = 0.75, .rays_per_mutation = 2.5};

@@ -3,7 +3,7 @@
 . "${GARLAND_TESTS:?}/service/shell_fixture.sh"
 
 # ---- usage ----
-for command in render plan pack submit status fetch cancel compare report; do
+for command in render plan pack submit status fetch cancel compare report bench; do
     expect 0 "usage: garland $command" garland "$command" --help
     expect 2 "garland $command --help" garland "$command" --nonsense
 done
@@ -140,6 +140,28 @@ expect 2 'go with folders' garland compare good.exr other.exr --csv pairs.csv
 expect 2 'go with two images' garland compare left right --heatmap heat.png
 mkdir none
 expect 1 'no .exr or .pfm image of one name' garland compare left none
+
+# ---- bench ----
+cat >bench.json <<END
+{"scenes": [{"name": "diffuse", "scene": "$GARLAND_TESTS/scenes/diffuse.pbrt", "film": {"width": 12, "height": 12},
+             "max_path_length": 3}],
+ "variants": [{"name": "first", "algorithm": "bdpt"}, {"name": "second", "algorithm": "mmlt"}],
+ "budgets": {"mutations_per_pixel": [4, 16]}, "seeds": 2, "workers": 2,
+ "reference": {"algorithm": "bdpt", "seconds": 0.05}}
+END
+expect 0 '^second ' garland bench bench.json --out b
+check 'all results are written' test -s b/bench.txt -a -s b/bench.json -a -s b/bench.csv -a -s b/bench.svg
+rm b/runs/diffuse-second-1.json
+expect 0 '3 of 4 runs are there' garland bench bench.json --out b
+sed 's|\[4, 16\]|[16, 4]|' bench.json >wrong.json
+expect 1 'wrong.json: budgets.mutations_per_pixel.1.: expected a number' garland bench wrong.json --out b
+sed 's|\[4, 16\]|[1e6]|; s|mutations_per_pixel|seconds|' bench.json >long.json
+garland bench long.json --out c --quiet 2>err & bench=$!
+await 30 test -d c/references
+kill -INT $bench
+wait $bench
+check 'an interrupt ends a bench with status 1' test $? = 1
+check 'and is told' grep -q 'interrupted' err
 
 # ---- nothing left ----
 check 'no temporary files' test -z "$(ls -A "$TMPDIR")"

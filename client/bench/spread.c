@@ -1,4 +1,4 @@
-#include "spread.h"
+#include "client/bench/spread.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-#include "solo.h"
+#include "client/bench/solo.h"
 
 #include <stdlib.h>
 
@@ -9,7 +9,8 @@ static const atomic_bool never = false;
 typedef struct solo {
     plan_t *plan;
     work_space_t *space;
-    const double *times;
+    const double *times; /* or mutations a pixel */
+    bool by_mutations;
     size_t count, looked;
     solo_look_t *look;
     void *user;
@@ -33,11 +34,16 @@ static fault_code_t solo_unit(solo_t *solo, uint64_t unit, const work_record_t *
 static bool solo_due(const solo_t *solo, double seconds)
 {
     plan_progress_t progress;
-    if (solo->looked == solo->count || seconds < solo->times[solo->looked])
+    if (solo->looked == solo->count)
+        return false;
+    plan_progress(solo->plan, &progress);
+    const bool reached =
+        solo->by_mutations ? plan_finished(solo->plan) || progress.mutations_per_pixel >= solo->times[solo->looked]
+                           : seconds >= solo->times[solo->looked];
+    if (!reached)
         return false;
     if (solo->looked + 1 == solo->count)
         return plan_finished(solo->plan);
-    plan_progress(solo->plan, &progress);
     return progress.phase != PLAN_PILOT && progress.mutations > 0;
 }
 
@@ -68,21 +74,33 @@ static fault_code_t solo_loop(solo_t *solo, fault_t *fault)
     return FAULT_NONE;
 }
 
+static fault_code_t solo_run(solo_t *solo, const scene_t *scene, const job_t *job, fault_t *fault)
+{
+    renderer_t *renderer = NULL;
+    fault_code_t code = renderer_new(&renderer, scene, &job->settings, fault);
+    solo->begin = clock_thread_cpu();
+    if (!code)
+        code = plan_new(&solo->plan, job, scene, fault);
+    if (!code)
+        code = work_space_new(&solo->space, renderer, fault);
+    if (!code)
+        code = solo_loop(solo, fault);
+    work_space_destroy(&solo->space);
+    plan_destroy(&solo->plan);
+    renderer_destroy(&renderer);
+    return code;
+}
+
 fault_code_t solo_render(const scene_t *scene, const job_t *job, const double *times, size_t count,
                          solo_look_t *look, void *user, fault_t *fault)
 {
     solo_t solo = {.times = times, .count = count, .look = look, .user = user};
-    renderer_t *renderer = NULL;
-    fault_code_t code = renderer_new(&renderer, scene, &job->settings, fault);
-    solo.begin = clock_thread_cpu();
-    if (!code)
-        code = plan_new(&solo.plan, job, scene, fault);
-    if (!code)
-        code = work_space_new(&solo.space, renderer, fault);
-    if (!code)
-        code = solo_loop(&solo, fault);
-    work_space_destroy(&solo.space);
-    plan_destroy(&solo.plan);
-    renderer_destroy(&renderer);
-    return code;
+    return solo_run(&solo, scene, job, fault);
+}
+
+fault_code_t solo_render_mutations(const scene_t *scene, const job_t *job, const double *mutations, size_t count,
+                                   solo_look_t *look, void *user, fault_t *fault)
+{
+    solo_t solo = {.times = mutations, .by_mutations = true, .count = count, .look = look, .user = user};
+    return solo_run(&solo, scene, job, fault);
 }

@@ -1,6 +1,6 @@
 /* spread.h: what repeated measurements of one quantity say: median, least, most. */
-#ifndef TESTS_BENCH_SPREAD_H
-#define TESTS_BENCH_SPREAD_H
+#ifndef CLIENT_BENCH_SPREAD_H
+#define CLIENT_BENCH_SPREAD_H
 
 #include <stddef.h>
 
