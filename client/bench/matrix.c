@@ -208,7 +208,7 @@ static fault_code_t make_job(job_t *job, const matrix_scene_t *scene, const matr
                              uint64_t seed, const char *rule, double amount, const char *name, fault_t *fault)
 {
     json_t *root = json_new_object(), *film = NULL, *chains = NULL, *stop = json_new_object();
-    json_add_string(root, "scene", scene->scene);
+    json_add_string(root, "scene", scene->name); /* not its path: where files lie makes no other job */
     json_add_string(root, "algorithm", variant->algorithm);
     if (scene->max_path_length > 0)
         json_add_number(root, "max_path_length", scene->max_path_length);
