@@ -7,8 +7,11 @@
  * (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same with one film.
  */
 #include <stdlib.h>
+#include <string.h>
 
 #include "plan/plan_state.h"
+
+static const double ESTIMATE_STUDENT = 2.131; /* 97.5 % at PLAN_GROUPS - 1 degrees of freedom */
 
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
 {
@@ -128,7 +131,18 @@ static void estimate_smooth(double *plane, double *line, uint32_t width, uint32_
     }
 }
 
-/* Planes of the image: values, smoothed in place, and variances, [FILM_CHANNELS][pixels] each. */
+/* The error is relative to the reference, which is not known. In its place stands the image: smoothed over 7 x 7
+ * pixels where a pixel differs from that by no more than its noise, its own value where by much more (James and
+ * Stein's estimator). Smooth alone it would lose dark pixels beside bright ones, which bring most of the error; the
+ * pixel's own value alone would not do either: where an outlier makes its variance large it makes the value large
+ * too, and their ratio hides it. An outlier of one unit differs by its standard error and goes. */
+static double estimate_shrink(double value, double smooth, double variance)
+{
+    const double d = value - smooth;
+    return smooth + (d * d > variance ? d * (1 - variance / (d * d)) : 0);
+}
+
+/* Planes of the image: values, as they stand for the reference, and variances, [FILM_CHANNELS][pixels] each. */
 typedef struct estimate_planes {
     double *values, *variances;
     double floor; /* 0.01 m^2, m the mean luminance: both images are scaled to mean luminance 1 */
@@ -139,7 +153,7 @@ static bool estimate_planes(const plan_t *plan, const plan_pixels_t *pixels, est
 {
     const settings_t *s = &plan->settings;
     const size_t n = plan->pixels, longest = s->width > s->height ? s->width : s->height;
-    planes->values = malloc(sizeof(double) * (2 * FILM_CHANNELS * n + longest));
+    planes->values = malloc(sizeof(double) * ((2 * FILM_CHANNELS + 1) * n + longest));
     if (!planes->values)
         return false;
     planes->variances = planes->values + FILM_CHANNELS * n;
@@ -154,14 +168,17 @@ static bool estimate_planes(const plan_t *plan, const plan_pixels_t *pixels, est
         }
     }
     planes->floor = 0.01 * mean * mean;
-    for (size_t c = 0; c < FILM_CHANNELS; c++)
-        estimate_smooth(planes->values + c * n, planes->values + 2 * FILM_CHANNELS * n, s->width, s->height, 3);
+    for (size_t c = 0; c < FILM_CHANNELS; c++) {
+        double *smooth = planes->values + 2 * FILM_CHANNELS * n;
+        memcpy(smooth, planes->values + c * n, n * sizeof *smooth);
+        estimate_smooth(smooth, smooth + n, s->width, s->height, 3);
+        for (size_t p = 0; p < n; p++)
+            planes->values[c * n + p] =
+                estimate_shrink(planes->values[c * n + p], smooth[p], planes->variances[c * n + p]);
+    }
     return mean > 0;
 }
 
-/* The error is relative to the reference, which is not known: in its place stands the image, smoothed over 7 x 7
- * pixels. The pixel's own value would not do: where an outlier makes its variance large it makes the value large
- * too, and their ratio hides it. */
 static double estimate_weight(const plan_t *plan, const estimate_planes_t *planes, size_t p, size_t c)
 {
     const double value = planes->values[c * plan->pixels + p];
@@ -222,7 +239,6 @@ static void estimate_lengths(const plan_pixels_t *pixels, const double weights[P
 
 void plan_estimate_error(const plan_t *plan, plan_error_t *error)
 {
-    const double students_t = 2.131; /* 97.5 % at 15 degrees of freedom */
     *error = (plan_error_t){NAN, NAN, NAN, NAN, {0}};
     uint64_t units = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
@@ -238,8 +254,8 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
         for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
             mutations[k] = plan_mutations_of(plan, k);
         error->spread = plan_groups_spread(&plan->groups, weights, mutations);
-        error->low = error->relmse * exp(-students_t * error->spread);
-        error->high = error->relmse * exp(students_t * error->spread);
+        error->low = error->relmse * exp(-ESTIMATE_STUDENT * error->spread);
+        error->high = error->relmse * exp(ESTIMATE_STUDENT * error->spread);
         estimate_lengths(&pixels, weights, error->relmse, error->lengths);
     }
     free(planes.values);
@@ -272,4 +288,48 @@ bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures)
         figures->deviation[g] = sqrt(squares);
     }
     return all > 0;
+}
+
+/* Light of one length in a region of blocks, of each group. */
+static void estimate_region_groups(const plan_t *plan, uint32_t k, double b, const bool region[PLAN_GROUP_BLOCKS],
+                                   double groups[PLAN_GROUPS])
+{
+    double factor[PATH_MAX_VERTICES] = {0}, blocks[PLAN_GROUP_BLOCKS];
+    factor[k] = b / FILM_ONE;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        groups[g] = 0;
+        plan_groups_image(&plan->groups, g, factor, blocks);
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+            groups[g] += region[i] ? blocks[i] : 0;
+    }
+}
+
+bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out)
+{
+    double groups[PLAN_GROUPS] = {0}, mean = 0, variance = 0, pixels = 0;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        double own[PLAN_GROUPS], error = 0, light = 0;
+        if (plan->lengths[k].units_in == 0)
+            continue;
+        if (plan->lengths[k].units_in < PLAN_GROUPS)
+            return false;
+        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error);
+        estimate_region_groups(plan, k, b, region, own);
+        for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+            groups[g] += own[g];
+            light += own[g] / PLAN_GROUPS;
+        }
+        mean += light;
+        variance += light * light * error * error / (b * b);
+    }
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        variance += (groups[g] - mean) * (groups[g] - mean) / (PLAN_GROUPS * (PLAN_GROUPS - 1));
+    for (size_t p = 0; p < plan->pixels; p++)
+        pixels += region[estimate_block(plan, p)];
+    if (!(mean > 0) || !(pixels > 0))
+        return false;
+    out->mean = mean / pixels;
+    out->low = (mean - ESTIMATE_STUDENT * sqrt(variance)) / pixels;
+    out->high = (mean + ESTIMATE_STUDENT * sqrt(variance)) / pixels;
+    return true;
 }

@@ -245,6 +245,12 @@ typedef struct plan_group_figures {
     double brightness[PLAN_GROUPS], deviation[PLAN_GROUPS];
 } plan_group_figures_t;
 bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures);
+/* The mean luminance of a region of blocks, with 95 % between low and high: Student's, from the groups, and the
+ * error of b. False before each length that is rendered has a unit in every group. */
+typedef struct plan_region {
+    double mean, low, high;
+} plan_region_t;
+bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out);
 
 /* plan_accuracy.c: what the history says about the time that accuracy takes, for reports and progress. */
 /* Estimates the error now and notes it in the history. */
