@@ -130,6 +130,30 @@ static json_t *accuracy_groups(const plan_t *plan)
     return groups;
 }
 
+/* Row by row from the top left. */
+static json_t *accuracy_regions(const plan_t *plan)
+{
+    const uint32_t part = PLAN_GROUP_SIDE / PLAN_REGION_SIDE;
+    json_t *object = json_new_object(), *values = json_new_array();
+    for (uint32_t r = 0; r < PLAN_REGIONS; r++) {
+        bool blocks[PLAN_GROUP_BLOCKS];
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+            blocks[i] = i / PLAN_GROUP_SIDE / part * PLAN_REGION_SIDE + i % PLAN_GROUP_SIDE / part == r;
+        plan_region_t region;
+        if (!plan_estimate_region(plan, blocks, &region))
+            region = (plan_region_t){NAN, NAN, NAN};
+        json_t *value = json_new_object();
+        json_add_number(value, "luminance", region.mean);
+        json_add_number(value, "low", region.low);
+        json_add_number(value, "high", region.high);
+        json_append(values, value);
+    }
+    json_add_number(object, "columns", PLAN_REGION_SIDE);
+    json_add_number(object, "rows", PLAN_REGION_SIDE);
+    json_add(object, "values", values);
+    return object;
+}
+
 void plan_report_accuracy(const plan_t *plan, json_t *report)
 {
     json_add(report, "history", accuracy_history(plan));
@@ -139,4 +163,6 @@ void plan_report_accuracy(const plan_t *plan, json_t *report)
         json_add(report, "prediction", prediction);
     if (groups)
         json_add(report, "groups", groups);
+    if (plan->history.count > 0)
+        json_add(report, "regions", accuracy_regions(plan));
 }

@@ -276,7 +276,8 @@ static double budget_handed(const plan_t *plan)
     return handed;
 }
 
-/* The length that lags most behind its share; 0 (which has no share where lengths have theirs) if none is left. */
+/* The length that lags most behind its share; before all of them those that have had no unit at all, so that there
+ * is an image early. 0 (which has no share where lengths have theirs) if none is left. */
 static uint32_t budget_neediest(const plan_t *plan)
 {
     const double handed = budget_handed(plan);
@@ -288,7 +289,7 @@ static uint32_t budget_neediest(const plan_t *plan)
             continue;
         const double unit = plan_mutations_of(plan, k) * (double)length->unit_mutations,
                      own = plan_mutations_of(plan, k) * (double)length->handed,
-                     lag = (length->share * (handed + unit) - own) / unit;
+                     lag = length->handed == 0 ? INFINITY : (length->share * (handed + unit) - own) / unit;
         if (lag > need) {
             need = lag;
             neediest = k;

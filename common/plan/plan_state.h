@@ -251,6 +251,8 @@ typedef struct plan_region {
     double mean, low, high;
 } plan_region_t;
 bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out);
+/* Regions that a report tells of: so many across and down. */
+enum { PLAN_REGION_SIDE = 4, PLAN_REGIONS = PLAN_REGION_SIDE * PLAN_REGION_SIDE };
 
 /* plan_accuracy.c: what the history says about the time that accuracy takes, for reports and progress. */
 /* Estimates the error now and notes it in the history. */

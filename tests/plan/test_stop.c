@@ -1,0 +1,127 @@
+/* Ends of renders: exact numbers of mutations, an image as early as can be, and what the first tenth of a render
+ * says about its end. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "plan/plan_fixture.h"
+#include "support/near.h"
+
+static double number(const json_t *object, const char *name)
+{
+    const json_t *value = json_get(object, name);
+    if (!value || !json_is_number(value))
+        fail_msg("no number \"%s\"", name);
+    return json_number(value);
+}
+
+static json_t *render(const char *algorithm, const char *chains, const char *stop, double unit_seconds)
+{
+    char text[256];
+    snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'chains':{%s},'stop':{%s}}",
+             algorithm, chains, stop);
+    const job_t job = plan_fixture_job(text);
+    small_scene_t small;
+    plan_worker_t worker;
+    small_scene_diffuse(&small);
+    plan_worker_make(&worker, &job, &small.scene);
+    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    plan_fixture_run(plan, &worker, unit_seconds);
+    json_t *report = plan_report(plan);
+    plan_destroy(&plan);
+    plan_worker_clear(&worker);
+    small_scene_clear(&small);
+    return report;
+}
+
+/* 24 x 24 pixels; what does not come out even is rounded up to the next mutation. */
+static void mutations_are_as_many_as_asked_for(void **state)
+{
+    (void)state;
+    static const char *const jobs[][2] = {{"pt", ""},
+                                          {"bdpt", ""},
+                                          {"mmlt", ""},
+                                          {"rjmlt", ""},
+                                          {"pssmlt", ""},
+                                          {"mmlt", "'equalize':1,'split':20"},
+                                          {"mmlt", "'equalize':1"}};
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {
+        json_t *report = render(jobs[i][0], jobs[i][1], "'mutations_per_pixel':61.3", 0);
+        assert_string_equal(json_string(json_get(report, "stopped_by")), "mutations_per_pixel");
+        assert_true(number(json_get(report, "rates"), "mutations") == ceil(61.3 * 24 * 24));
+        json_destroy(&report);
+    }
+}
+
+/* No path length gets a second unit before each has had its first: until then there is no image, and a rule of time
+ * waits for it. */
+static void every_length_has_its_first_unit_first(void **state)
+{
+    (void)state;
+    small_scene_t small;
+    small_scene_diffuse(&small);
+    for (int split = 0; split < 2; split++) {
+        char text[256];
+        snprintf(text, sizeof text,
+                 "{'scene':'x','algorithm':'mmlt','max_path_length':7,'chains':{'split':%d},'stop':{'seconds':5}}",
+                 20 * split);
+        const job_t job = plan_fixture_job(text);
+        plan_worker_t worker;
+        plan_progress_t progress;
+        plan_worker_make(&worker, &job, &small.scene);
+        plan_t *plan = plan_fixture_new(&job, &small.scene);
+        do {
+            assert_true(plan_fixture_step(plan, &worker));
+            plan_progress(plan, &progress);
+        } while (progress.phase == PLAN_PILOT);
+        bool had[8] = {false}, again = false;
+        const work_record_t *record;
+        uint64_t unit;
+        for (int i = 0; i < 64; i++) {
+            assert_true(plan_next(plan, &unit, &record));
+            if (record->kind == WORK_REFINE)
+                continue;
+            const uint32_t k = record->kind == WORK_CHAINS ? record->length : 0;
+            if (!had[k] && again)
+                fail_msg("split %d: length %u has its first unit after another's second", split, k);
+            again |= had[k];
+            had[k] = true;
+        }
+        assert_true(again && (split || (had[2] && had[5]))); /* split leaves a diffuse scene to samples */
+        plan_destroy(&plan);
+        plan_worker_clear(&worker);
+    }
+    small_scene_clear(&small);
+}
+
+/* A real render of some 230 units, its CPU seconds as measured. Samples: chains' estimates are less sure after so
+ * few units (docs/accuracy.md). */
+static void the_first_tenth_foretells_the_end(void **state)
+{
+    (void)state;
+    json_t *report = render("pt", "", "'seconds':1", 1.0 / 230);
+    assert_string_equal(json_string(json_get(report, "stopped_by")), "seconds");
+    const json_t *tenth = json_get(json_get(report, "prediction"), "first_tenth");
+    assert_non_null(tenth);
+    const double predicted = number(tenth, "predicted_seconds"), actual = number(tenth, "actual_seconds");
+    print_message("after %.3f s: %.3f s foretold, %.3f s it took\n", number(tenth, "at_seconds"), predicted,
+                  actual);
+    assert_true(number(tenth, "at_seconds") <= 0.1 * actual);
+    assert_near(predicted, actual, 0.2 * actual);
+    json_destroy(&report);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(mutations_are_as_many_as_asked_for),
+        cmocka_unit_test(every_length_has_its_first_unit_first),
+        cmocka_unit_test(the_first_tenth_foretells_the_end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
