@@ -201,7 +201,7 @@ static fault_code_t measure_loaded(bench_t *bench, fault_t *fault)
     job_t *job = calloc(1, sizeof *job);
     if (!job)
         return fault_set(fault, FAULT_MEMORY, "no memory for a job");
-    const fault_code_t code = matrix_job(job, &bench->matrix, bench->context.index, 0, 1, fault);
+    const fault_code_t code = matrix_job(job, &bench->matrix, bench->context.index, 0, 1, 0, fault);
     if (code == FAULT_NONE)
         note_size(bench, job);
     free(job);

@@ -231,13 +231,12 @@ static fault_code_t make_job(job_t *job, const matrix_scene_t *scene, const matr
 }
 
 fault_code_t matrix_job(job_t *job, const matrix_t *matrix, size_t scene, size_t variant, uint64_t seed,
-                        fault_t *fault)
+                        size_t budget, fault_t *fault)
 {
     char name[2 * MATRIX_NAME + 16];
     snprintf(name, sizeof name, "%s with %s", matrix->scenes[scene].name, matrix->variants[variant].name);
     return make_job(job, &matrix->scenes[scene], &matrix->variants[variant], seed,
-                    matrix->by_mutations ? "mutations_per_pixel" : "seconds",
-                    matrix->budgets[matrix->budget_count - 1], name, fault);
+                    matrix->by_mutations ? "mutations_per_pixel" : "seconds", matrix->budgets[budget], name, fault);
 }
 
 fault_code_t matrix_reference_job(job_t *job, const matrix_t *matrix, size_t scene, int half, fault_t *fault)
@@ -257,7 +256,7 @@ static fault_code_t check_jobs(const matrix_t *matrix, fault_t *fault)
     fault_code_t code = job ? FAULT_NONE : fault_set(fault, FAULT_MEMORY, "no memory for a job");
     for (size_t s = 0; s < matrix->scene_count && code == FAULT_NONE; s++) {
         for (size_t v = 0; v < matrix->variant_count && code == FAULT_NONE; v++)
-            code = matrix_job(job, matrix, s, v, 1, fault);
+            code = matrix_job(job, matrix, s, v, 1, 0, fault);
         if (code == FAULT_NONE && matrix->reference[0])
             code = matrix_reference_job(job, matrix, s, 0, fault);
     }

@@ -55,9 +55,9 @@ typedef struct matrix {
 fault_code_t matrix_parse(matrix_t *matrix, const char *text, size_t length, const char *name, fault_t *fault);
 fault_code_t matrix_read(matrix_t *matrix, const char *path, fault_t *fault);
 
-/* The job of one run; stopped by the last budget. Its scene is the name. */
+/* The job of one run, stopped by a budget. Its scene is the name. */
 fault_code_t matrix_job(job_t *job, const matrix_t *matrix, size_t scene, size_t variant, uint64_t seed,
-                        fault_t *fault);
+                        size_t budget, fault_t *fault);
 /* The job of a reference's half (0 or 1): a seed of its own that no run has. */
 fault_code_t matrix_reference_job(job_t *job, const matrix_t *matrix, size_t scene, int half, fault_t *fault);
 

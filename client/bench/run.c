@@ -78,10 +78,11 @@ static fault_code_t make_key(const run_context_t *context, const job_t *job, cha
     return FAULT_NONE;
 }
 
-static fault_code_t run_job(const run_context_t *context, size_t variant, uint64_t seed, job_t *job,
+/* The last budget's job, which stands for all of them beside the list of budgets. */
+static fault_code_t run_key(const run_context_t *context, size_t variant, uint64_t seed, job_t *job,
                             char key[DIGEST_TEXT_SIZE], fault_t *fault)
 {
-    TRY(matrix_job(job, context->matrix, context->index, variant, seed, fault));
+    TRY(matrix_job(job, context->matrix, context->index, variant, seed, context->matrix->budget_count - 1, fault));
     return make_key(context, job, key, fault);
 }
 
@@ -89,7 +90,7 @@ static fault_code_t run_job(const run_context_t *context, size_t variant, uint64
 
 typedef struct look {
     const run_context_t *context;
-    run_point_t points[MATRIX_BUDGETS];
+    run_point_t *point;
 } look_t;
 
 static double report_number(const json_t *report, const char *group, const char *name)
@@ -121,8 +122,9 @@ static fault_code_t look_compare(const run_context_t *context, const plan_t *pla
 
 static fault_code_t look_at_run(void *user, size_t index, double cpu_seconds, const plan_t *plan, fault_t *fault)
 {
-    look_t *look = user;
-    run_point_t *point = &look->points[index];
+    const look_t *look = user;
+    run_point_t *point = look->point;
+    (void)index;
     json_t *report = plan_report(plan);
     *point = (run_point_t){cpu_seconds, report_number(report, "rates", "mutations_per_pixel"),
                            NAN,         NAN,
@@ -159,21 +161,29 @@ static fault_code_t write_run(const run_context_t *context, const run_point_t *p
     return code;
 }
 
+static fault_code_t render_budget(const run_context_t *context, size_t variant, uint64_t seed, size_t budget,
+                                  job_t *job, run_point_t *point, fault_t *fault)
+{
+    const matrix_t *matrix = context->matrix;
+    look_t look = {context, point};
+    TRY(matrix_job(job, matrix, context->index, variant, seed, budget, fault));
+    return (matrix->by_mutations ? solo_render_mutations : solo_render)(
+        context->scene, job, &matrix->budgets[budget], 1, look_at_run, &look, fault);
+}
+
 fault_code_t run_render(const run_context_t *context, size_t variant, uint64_t seed, const char *path,
                         fault_t *fault)
 {
-    const matrix_t *matrix = context->matrix;
     char key[DIGEST_TEXT_SIZE];
+    run_point_t points[MATRIX_BUDGETS];
     job_t *job = calloc(1, sizeof *job);
-    look_t look = {.context = context};
     if (!job)
         return fault_set(fault, FAULT_MEMORY, "no memory for a job");
-    fault_code_t code = run_job(context, variant, seed, job, key, fault);
-    if (code == FAULT_NONE)
-        code = (matrix->by_mutations ? solo_render_mutations : solo_render)(
-            context->scene, job, matrix->budgets, matrix->budget_count, look_at_run, &look, fault);
+    fault_code_t code = run_key(context, variant, seed, job, key, fault);
+    for (size_t b = 0; b < context->matrix->budget_count && code == FAULT_NONE; b++)
+        code = render_budget(context, variant, seed, b, job, &points[b], fault);
     free(job);
-    return code == FAULT_NONE ? write_run(context, look.points, key, path, fault) : code;
+    return code == FAULT_NONE ? write_run(context, points, key, path, fault) : code;
 }
 
 static double read_number(const json_t *object, const char *name)
@@ -206,7 +216,7 @@ bool run_load(run_figures_t *figures, const run_context_t *context, size_t varia
     size_t size;
     json_t *root = NULL;
     job_t *job = calloc(1, sizeof *job);
-    const bool known = job && run_job(context, variant, seed, job, key, NULL) == FAULT_NONE;
+    const bool known = job && run_key(context, variant, seed, job, key, NULL) == FAULT_NONE;
     free(job);
     if (!known || file_read(path, RUN_BYTES, &text, &size, NULL) != FAULT_NONE)
         return false;

@@ -1,5 +1,5 @@
-/* run.h: one run of a bench: a job of one thread in a process of its own, looked at at every budget, its figures as
- * a file. A file whose key is another's (job, scene, references, budgets or program differ) is as good as none.
+/* run.h: one run of a bench: for each budget a job of its own on one thread, one after another, their figures as a
+ * file. A file whose key is another's (job, scene, references, budgets or program differ) is as good as none.
  *
  * Read-only context: any process may use it after a fork. */
 #ifndef CLIENT_BENCH_RUN_H
@@ -10,7 +10,7 @@
 #include "film/image.h"
 #include "scene/scene.h"
 
-/* A run as it stood at one of the budgets; NaN where not known. */
+/* What the job of one budget came to; NaN where not known. */
 typedef struct run_point {
     double cpu_seconds, mutations_per_pixel;
     double relmse, trimmed, bias; /* against the reference; with two halves they may be negative near its noise */

