@@ -37,7 +37,8 @@ typedef struct run_context {
 fault_code_t run_context_references(run_context_t *context, const char *const *paths, size_t count, fault_t *fault);
 void run_context_clear(run_context_t *context);
 
-/* The part of the light in path lengths that chains have not come to yet: an image without it is no estimate. */
+/* The part of the light in path lengths that chains have not come to yet, where samples stand beside them of the
+ * light left to chains: an image without it is no estimate. */
 double run_missing_light(const json_t *report);
 
 /* Renders and writes the file. */
