@@ -31,6 +31,22 @@ typedef enum settings_failures {
     SETTINGS_FAILURES
 } settings_failures_t;
 
+/* Effects that a job may leave out or insist on (docs/effects.md). */
+typedef enum settings_switch {
+    SETTINGS_SWITCH_AUTO = 0, /* there if the scene has it */
+    SETTINGS_SWITCH_ON,       /* the job is refused if it is not there */
+    SETTINGS_SWITCH_OFF,      /* its paths carry nothing */
+    SETTINGS_SWITCHES
+} settings_switch_t;
+typedef enum settings_effect {
+    SETTINGS_CAUSTICS = 0, /* paths whose first vertex after the light is specular, with a later one that is not */
+    SETTINGS_ENVIRONMENT,  /* paths that start on infinite lights */
+    SETTINGS_APERTURE,     /* off: a pinhole in the lens' place */
+    SETTINGS_INDIRECT,     /* paths of more than two segments */
+    SETTINGS_EMISSION,     /* paths of one segment: lights that are seen themselves */
+    SETTINGS_EFFECTS
+} settings_effect_t;
+
 typedef struct settings {
     settings_algorithm_t algorithm;
     uint32_t width, height;   /* pixels; 0: the scene's */
@@ -49,17 +65,23 @@ typedef struct settings {
     double split; /* with it samples bring what they sample well, chains the rest (split.h): the mutations that
                      chains are taken to need for what one independent draw would do; 0: chains bring all */
     double auxiliary_step; /* probability of a step of the visibility chain, with an exchange; 0: there is none */
-    double step_min, step_max; /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
-    uint64_t chain_length;     /* mutations a chain makes; 0: chosen by the plan */
-    uint64_t pilot_samples;    /* candidates a path length; 0: chosen by the plan */
+    double step_min, step_max;         /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
+    uint64_t chain_length;             /* mutations a chain makes; 0: chosen by the plan */
+    uint64_t pilot_samples;            /* candidates a path length; 0: chosen by the plan */
+    uint8_t effects[SETTINGS_EFFECTS]; /* settings_switch_t */
 } settings_t;
 
 /* Defaults for everything. */
 void settings_default(settings_t *settings);
-/* What a job means by the algorithm "auto": the moves and the split between samples and chains that were measured to
- * be best (docs/gains.md). */
+/* What a job means by the algorithm "auto": the moves and the split between samples and chains that were measured
+ * to be best (docs/gains.md). */
 void settings_auto(settings_t *settings);
 const char *settings_algorithm_name(settings_algorithm_t algorithm); /* "mmlt" */
+
+static inline bool settings_forbids(const settings_t *settings, settings_effect_t effect)
+{
+    return settings->effects[effect] == SETTINGS_SWITCH_OFF;
+}
 
 /* What an algorithm is made of. */
 static inline bool settings_is_chains(settings_algorithm_t a)

@@ -8,6 +8,11 @@ void target_init(target_t *target, const path_scene_t *scene, const settings_t *
     target->scene = scene;
     target->length = length;
     target->kind = settings->target;
+    target->techniques.left_out =
+        (uint8_t)((settings_forbids(settings, SETTINGS_CAUSTICS) ? PATH_CLASS_CAUSTIC : 0) |
+                  (settings_forbids(settings, SETTINGS_ENVIRONMENT) ? PATH_CLASS_INFINITE : 0));
+    if (length == 1 && settings_forbids(settings, SETTINGS_EMISSION))
+        return; /* no technique makes such paths */
     for (uint32_t s = 0; s <= length; s++) {
         if (s == 0 && !scene->lights.can_hit)
             continue; /* only lights without extent: no camera walk ends on one */

@@ -7,11 +7,13 @@
 #include "base/clock.h"
 #include "chain/unit.h"
 
-/* The scene's camera with the settings' filter in place of its own. */
+/* The scene's camera with the settings' filter in place of its own, and no lens if the settings forbid it. */
 static scene_camera_t renderer_camera(const settings_t *settings, const scene_t *scene)
 {
     static const double usual[SCENE_FILTER_KINDS] = {0.5, 1, 1.5};
     scene_camera_t camera = *scene->camera;
+    if (settings_forbids(settings, SETTINGS_APERTURE))
+        camera.lens_radius = 0;
     if (settings->filter < 0)
         return camera;
     camera.filter = (uint32_t)settings->filter;
@@ -33,6 +35,8 @@ fault_code_t renderer_complete_settings(settings_t *settings, const scene_t *sce
         settings->max_path_length = scene->camera->max_path_length ? scene->camera->max_path_length : 12;
     if (settings->max_path_length > PATH_MAX_LENGTH)
         settings->max_path_length = PATH_MAX_LENGTH;
+    if (settings->max_path_length > 2 && settings_forbids(settings, SETTINGS_INDIRECT))
+        settings->max_path_length = 2;
     return FAULT_NONE;
 }
 

@@ -214,10 +214,36 @@ static bool path_visible(const path_scene_t *ps, path_space_t *space, const path
     return answer == ACCEL_MISS;
 }
 
+/* A caustic by its vertices: those that are joined do not scatter specularly, so that y_1 decides for s > 2, and
+ * for s = 1, 2 there is none; for s = 0 the light is z_{t-1}, and some vertex nearer to the lens must not be
+ * specular. */
+static bool path_is_caustic(const path_space_t *space, uint32_t s, uint32_t t)
+{
+    if (s > 0)
+        return s > 2 && space->light[1].specular;
+    if (t < 4 || !space->camera[t - 2].specular)
+        return false;
+    for (uint32_t i = 1; i + 2 < t; i++)
+        if (!space->camera[i].specular)
+            return true;
+    return false;
+}
+
+static bool path_is_left_out(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
+                             uint8_t classes)
+{
+    if ((classes & PATH_CLASS_CAUSTIC) && path_is_caustic(space, s, t))
+        return true;
+    const path_vertex_t *light = s == 0 ? &space->camera[t - 1] : y0 ? y0 : space->light;
+    return (classes & PATH_CLASS_INFINITE) && light->kind == PATH_INFINITE && (s == 0 || !light->delta);
+}
+
 bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
                   const path_techniques_t *techniques, path_value_t *out)
 {
     if (!techniques->allowed[s])
+        return false;
+    if (__builtin_expect(techniques->left_out, 0) && path_is_left_out(space, s, t, y0, techniques->left_out))
         return false;
     if (s == 0)
         return path_hit_light(ps, space, t, techniques, out);

@@ -18,9 +18,18 @@ typedef struct path_value {
     vec2_t raster; /* in the camera's sampled domain */
 } path_value_t;
 
-/* Which techniques s of a length take part: allowed[s], s = 0 .. k, 1 or 0. */
+/* Classes of paths that may be left out. A path is in a class whichever technique makes it, so that leaving one out
+ * changes no weight. */
+enum {
+    PATH_CLASS_CAUSTIC = 1, /* the first vertex after the light scatters specularly, some later one does not */
+    PATH_CLASS_INFINITE = 2 /* the light is an infinite one: not a distant light */
+};
+
+/* Which techniques s of a length take part: allowed[s], s = 0 .. k, 1 or 0; and which paths do not: PATH_CLASS_...
+ */
 typedef struct path_techniques {
     uint8_t allowed[PATH_MAX_VERTICES];
+    uint8_t left_out;
 } path_techniques_t;
 
 /* Joins the first s vertices of the light walk and the first t of the camera walk, s + t >= 2, t >= 1. `y0`, if not

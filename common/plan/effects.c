@@ -41,6 +41,7 @@ static const effect_words_t words[EFFECT_COUNT] = {
     [EFFECT_PIXEL_FILTER] = {"pixel_filter", "a sample may lie in a neighbouring pixel's support",
                              "a sample is of its pixel alone"},
     [EFFECT_INDIRECT] = {"indirect", "paths of three and more segments are made", "only light that is direct"},
+    [EFFECT_EMISSION] = {"emission", "lights are seen themselves", "no light is seen itself"},
     [EFFECT_LENS_HITS] = {"lens_hits", "", "the technique t = 0 is no part of weights or states"},
     [EFFECT_TECHNIQUE_STEPS] = {"technique_steps", "small steps may draw the technique anew", "none are proposed"},
     [EFFECT_JUMPS] = {"jumps", "chains change technique at the same path", "no path is inverted for a jump"},
@@ -51,6 +52,12 @@ static const effect_words_t words[EFFECT_COUNT] = {
                       "one estimator brings all light"},
     [EFFECT_IMPORTANCE] = {"importance", "dark parts of the image get more mutations",
                            "mutations go where the light is"}};
+
+static const effect_kind_t switched[SETTINGS_EFFECTS] = {[SETTINGS_CAUSTICS] = EFFECT_CAUSTICS,
+                                                         [SETTINGS_ENVIRONMENT] = EFFECT_ENVIRONMENT,
+                                                         [SETTINGS_APERTURE] = EFFECT_APERTURE,
+                                                         [SETTINGS_INDIRECT] = EFFECT_INDIRECT,
+                                                         [SETTINGS_EMISSION] = EFFECT_EMISSION};
 
 /* What is found before it is put in words: how many records of each. */
 typedef struct facts {
@@ -216,12 +223,21 @@ static void say_camera(effects_t *out, const scene_camera_t *camera, const setti
         "walks from lights are connected to the lens, which they do not hit by chance");
 }
 
+static void say_emission(effects_t *out, const facts_t *facts)
+{
+    const bool seen = facts->counts[EFFECT_AREA_LIGHTS] > 0 || facts->counts[EFFECT_ENVIRONMENT] > 0;
+    say(out, EFFECT_EMISSION, seen, "lights with an extent: %s", seen ? "some" : "none");
+}
+
 static void say_moves(effects_t *out, const settings_t *s)
 {
     const settings_algorithm_t a = s->algorithm;
     const char *name = settings_algorithm_name(a);
     const bool chains = settings_is_chains(a);
-    say(out, EFFECT_INDIRECT, s->max_path_length > 2, "paths have at most %u segments", s->max_path_length);
+    if (settings_forbids(s, SETTINGS_INDIRECT))
+        say(out, EFFECT_INDIRECT, true, "the job asks for direct light");
+    else
+        say(out, EFFECT_INDIRECT, s->max_path_length > 2, "paths have at most %u segments", s->max_path_length);
     say(out, EFFECT_TECHNIQUE_STEPS, a == SETTINGS_MMLT && s->technique_step > 0, "%s, chains.technique_step = %g",
         name, s->technique_step);
     say(out, EFFECT_JUMPS, settings_jumps(a) && s->jump_step > 0, "%s, chains.jump_step = %g", name, s->jump_step);
@@ -259,7 +275,32 @@ void effects_analyse(effects_t *out, const scene_t *scene, const settings_t *set
     say_count(out, &facts, EFFECT_INTERPOLATED_NORMALS, "meshes with vertex normals");
     say_caustics(out, &facts);
     say_camera(out, scene->camera, settings);
+    say_emission(out, &facts);
     say_moves(out, settings);
+    for (int i = 0; i < SETTINGS_EFFECTS; i++)
+        out->list[switched[i]].set = (settings_switch_t)settings->effects[i];
+}
+
+fault_code_t effects_check(const scene_t *scene, const settings_t *settings, fault_t *fault)
+{
+    effects_t effects;
+    effects_analyse(&effects, scene, settings);
+    for (int i = 0; i < SETTINGS_EFFECTS; i++) {
+        const effect_t *effect = &effects.list[switched[i]];
+        if (effect->set == SETTINGS_SWITCH_ON && !effect->present)
+            return fault_set(fault, FAULT_UNSUPPORTED, "effects.%s: \"on\", but it is absent (%s)",
+                             words[switched[i]].name, effect->reason);
+    }
+    return FAULT_NONE;
+}
+
+/* A switch says nothing of what is absent anyway. */
+static const char *effect_state(const effect_t *effect)
+{
+    return !effect->present                     ? "absent"
+           : effect->set == SETTINGS_SWITCH_ON  ? "forced"
+           : effect->set == SETTINGS_SWITCH_OFF ? "forbidden"
+                                                : "present";
 }
 
 json_t *effects_json(const effects_t *effects, const double *energy)
@@ -269,10 +310,14 @@ json_t *effects_json(const effects_t *effects, const double *energy)
         const effect_t *effect = &effects->list[kind];
         json_t *object = json_new_object();
         json_add_string(object, "name", words[kind].name);
-        json_add_string(object, "state", effect->present ? "present" : "absent");
+        json_add_string(object, "state", effect_state(effect));
         json_add_string(object, "reason", effect->reason);
-        json_add_number(object, "energy", energy ? energy[kind] : (double)NAN);
-        json_add_string(object, "consequence", effect->present ? words[kind].with : words[kind].without);
+        const bool forbidden = effect->set == SETTINGS_SWITCH_OFF;
+        json_add_number(object, "energy", energy && !forbidden ? energy[kind] : (double)NAN);
+        json_add_string(object, "consequence",
+                        !effect->present ? words[kind].without
+                        : forbidden      ? "the image lacks it, because the job says so"
+                                         : words[kind].with);
         json_append(list, object);
     }
     return list;

@@ -14,6 +14,7 @@
 
 #include <stdbool.h>
 
+#include "base/fault.h"
 #include "base/json.h"
 #include "chain/settings.h"
 #include "scene/scene.h"
@@ -37,6 +38,7 @@ typedef enum effect_kind {
     EFFECT_INTERPOLATED_NORMALS,
     EFFECT_PIXEL_FILTER, /* one that reaches beyond its pixel */
     EFFECT_INDIRECT,     /* paths of more than two segments */
+    EFFECT_EMISSION,     /* paths of one segment */
     EFFECT_LENS_HITS,    /* the technique t = 0 */
     EFFECT_TECHNIQUE_STEPS,
     EFFECT_JUMPS,
@@ -50,7 +52,8 @@ typedef enum effect_kind {
 enum { EFFECT_REASON_SIZE = 112 };
 
 typedef struct effect {
-    bool present;
+    bool present;          /* the scene and the other settings have it, whatever the job's switch says */
+    settings_switch_t set; /* by the job */
     char reason[EFFECT_REASON_SIZE];
 } effect_t;
 
@@ -60,6 +63,9 @@ typedef struct effects {
 
 /* The scene has passed scene_check; the settings are complete (no zero stands for "the scene's"). */
 void effects_analyse(effects_t *out, const scene_t *scene, const settings_t *settings);
+
+/* Refuses settings that insist on an effect which is absent, with the reason. */
+fault_code_t effects_check(const scene_t *scene, const settings_t *settings, fault_t *fault);
 
 /* "caustics" */
 const char *effects_name(effect_kind_t kind);

@@ -51,6 +51,9 @@ static const char *const algorithm_names[SETTINGS_ALGORITHMS + 1] = {
     "pt", "bdpt", "mmlt", "rjmlt", "cmlt", "cmlt-rex", "cmlt-ipsm", "pssmlt-mix", "pssmlt", "auto"};
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
+static const char *const switch_names[SETTINGS_SWITCHES] = {"auto", "on", "off"};
+static const char *const effect_names[SETTINGS_EFFECTS + 1] = {"caustics", "environment", "aperture",
+                                                               "indirect", "emission",    NULL};
 static const char *const failure_names[SETTINGS_FAILURES] = {"plain", "delayed", "published"};
 
 static fault_code_t job_read_film(const json_t *root, settings_t *settings, fault_t *fault)
@@ -154,6 +157,21 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     return FAULT_NONE;
 }
 
+static fault_code_t job_read_effects(const json_t *root, settings_t *settings, fault_t *fault)
+{
+    const json_t *effects = NULL;
+    TRY(json_read_object(root, "", "effects", &effects, fault));
+    if (!effects)
+        return FAULT_NONE;
+    TRY(json_expect_fields(effects, "effects", effect_names, fault));
+    for (int i = 0; i < SETTINGS_EFFECTS; i++) {
+        int choice = SETTINGS_SWITCH_AUTO;
+        TRY(job_read_choice(effects, "effects", effect_names[i], switch_names, SETTINGS_SWITCHES, &choice, fault));
+        settings->effects[i] = (uint8_t)choice;
+    }
+    return FAULT_NONE;
+}
+
 static fault_code_t job_read_stop(const json_t *root, job_stop_t *stop, fault_t *fault)
 {
     static const char *const names[] = {"mutations_per_pixel", "seconds", "error", NULL};
@@ -189,8 +207,8 @@ static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fau
 
 static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
 {
-    static const char *const names[] = {"scene",  "film",   "algorithm", "max_path_length", "seed",
-                                        "target", "chains", "stop",      "output",          NULL};
+    static const char *const names[] = {"scene",  "film",    "algorithm", "max_path_length", "seed", "target",
+                                        "chains", "effects", "stop",      "output",          NULL};
     settings_t *settings = &job->settings;
     settings_default(settings);
     if (!json_is_object(root))
@@ -217,6 +235,7 @@ static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
         settings->partial_step = settings->auxiliary_step = 0;
     }
     TRY(job_read_chains(root, settings, fault));
+    TRY(job_read_effects(root, settings, fault));
     TRY(job_read_stop(root, &job->stop, fault));
     return job_read_output(root, job, fault);
 }
@@ -269,6 +288,11 @@ char *job_print(const job_t *job)
     if (s->pilot_samples)
         json_add_number(chains, "pilot_samples", (double)s->pilot_samples);
     json_add(root, "chains", chains);
+    json_t *effects = json_new_object();
+    for (int i = 0; i < SETTINGS_EFFECTS; i++)
+        if (s->effects[i] != SETTINGS_SWITCH_AUTO)
+            json_add_string(effects, effect_names[i], switch_names[s->effects[i]]);
+    json_add(root, "effects", effects);
     json_t *stop = json_new_object();
     if (job->stop.mutations_per_pixel > 0)
         json_add_number(stop, "mutations_per_pixel", job->stop.mutations_per_pixel);

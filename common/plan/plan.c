@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/effects.h"
 #include "plan/plan_state.h"
 
 /* Refuses what the scene cannot give before any work is done. */
@@ -27,6 +28,8 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     plan->scene = scene;
     plan->error = NAN;
     fault_code_t code = renderer_complete_settings(&plan->settings, scene, fault);
+    if (!code)
+        code = effects_check(scene, &plan->settings, fault);
     if (code)
         goto cleanup;
     const settings_t *s = &plan->settings;

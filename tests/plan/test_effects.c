@@ -131,13 +131,50 @@ static void moves_are_those_of_the_algorithm(void **state)
     small_scene_clear(&small);
 }
 
+/* What a report says of switches; what insists on something absent is refused with the reason. */
+static void switches_are_said_and_checked(void **state)
+{
+    (void)state;
+    static const struct {
+        settings_effect_t effect;
+        settings_switch_t choice;
+        const char *name, *state, *refused; /* null: not refused */
+    } cases[] = {{SETTINGS_CAUSTICS, SETTINGS_SWITCH_OFF, "caustics", "forbidden", NULL},
+                 {SETTINGS_CAUSTICS, SETTINGS_SWITCH_ON, "caustics", "forced", NULL},
+                 {SETTINGS_INDIRECT, SETTINGS_SWITCH_OFF, "indirect", "forbidden", NULL},
+                 {SETTINGS_EMISSION, SETTINGS_SWITCH_OFF, "emission", "forbidden", NULL},
+                 {SETTINGS_EMISSION, SETTINGS_SWITCH_AUTO, "emission", "present", NULL},
+                 {SETTINGS_APERTURE, SETTINGS_SWITCH_OFF, "aperture", "absent", NULL},
+                 {SETTINGS_APERTURE, SETTINGS_SWITCH_ON, "aperture", "absent", "effects.aperture: \"on\""},
+                 {SETTINGS_ENVIRONMENT, SETTINGS_SWITCH_ON, "environment", "absent", "infinite lights: none"}};
+    small_scene_t small;
+    small_scene_box(&small, SMALL_LIGHT_AREA);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        effects_t effects;
+        fault_t fault = {0};
+        settings_t s = settings_of(SETTINGS_BDPT);
+        s.effects[cases[i].effect] = (uint8_t)cases[i].choice;
+        effects_analyse(&effects, &small.scene, &s);
+        json_t *list = effects_json(&effects, NULL);
+        const json_t *at = json_first(list);
+        while (at && strcmp(json_string(json_get(at, "name")), cases[i].name) != 0)
+            at = json_next(at);
+        assert_non_null(at);
+        assert_string_equal(json_string(json_get(at, "state")), cases[i].state);
+        json_destroy(&list);
+        const fault_code_t code = effects_check(&small.scene, &s, &fault);
+        assert_int_equal(code, cases[i].refused ? FAULT_UNSUPPORTED : FAULT_NONE);
+        assert_true(!cases[i].refused || strstr(fault.text, cases[i].refused));
+    }
+    small_scene_clear(&small);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scenes_have_what_they_say),
-        cmocka_unit_test(lights_are_told_apart),
-        cmocka_unit_test(what_nothing_refers_to_is_absent),
-        cmocka_unit_test(moves_are_those_of_the_algorithm),
+        cmocka_unit_test(test_scenes_have_what_they_say),   cmocka_unit_test(lights_are_told_apart),
+        cmocka_unit_test(what_nothing_refers_to_is_absent), cmocka_unit_test(moves_are_those_of_the_algorithm),
+        cmocka_unit_test(switches_are_said_and_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,6 +56,7 @@ static const char everything[] =
     "'algorithm':'bdpt','max_path_length':31,'seed':'18446744073709551615','target':'maximum',"
     "'chains':{'large_step':0.125,'technique_step':0.375,'kernel':'gaussian','step_min':0.002,'step_max':0.04,"
     "'length':4294967296,'pilot_samples':16777216},"
+    "'effects':{'caustics':'off','aperture':'on','emission':'auto'},"
     "'stop':{'mutations_per_pixel':12.5,'seconds':3600.5,'error':0.03},"
     "'output':{'image':'o.exr','preview':'o.png','report':'o.json','preview_exposure':-1.5}}";
 
@@ -64,6 +65,9 @@ static void every_field_is_read(void **state)
     (void)state;
     const job_t job = plan_fixture_job(everything);
     const settings_t *s = &job.settings;
+    static const uint8_t effects[SETTINGS_EFFECTS] = {
+        [SETTINGS_CAUSTICS] = SETTINGS_SWITCH_OFF, [SETTINGS_APERTURE] = SETTINGS_SWITCH_ON};
+    assert_memory_equal(s->effects, effects, sizeof effects);
     assert_string_equal(job.scene, "s.glb");
     assert_int_equal(s->width, 640);
     assert_int_equal(s->height, 360);
@@ -115,6 +119,7 @@ static void unknown_fields_are_refused(void **state)
     refuse("{'scene':'x','film':{'widht':640}}", FAULT_UNKNOWN, "film.widht", "width");
     refuse("{'scene':'x','chains':{'step':0.1}}", FAULT_UNKNOWN, "chains.step", "step_min");
     refuse("{'scene':'x','stop':{'spp':4}}", FAULT_UNKNOWN, "stop.spp", "mutations_per_pixel");
+    refuse("{'scene':'x','effects':{'fog':'off'}}", FAULT_UNKNOWN, "effects.fog", "caustics");
     refuse("{'scene':'x','output':{'exr':'a'}}", FAULT_UNKNOWN, "output.exr", "image");
 }
 
@@ -126,6 +131,8 @@ static void wrong_types_are_refused(void **state)
     refuse("{'scene':7}", FAULT_TYPE, "scene", "text");
     refuse("{'scene':'x','film':[640,360]}", FAULT_TYPE, "film", "object");
     refuse("{'scene':'x','film':{'width':'640'}}", FAULT_TYPE, "film.width", "a whole number from 1 to 32768");
+    refuse("{'scene':'x','effects':['caustics']}", FAULT_TYPE, "effects", "object");
+    refuse("{'scene':'x','effects':{'caustics':false}}", FAULT_TYPE, "effects.caustics", "text");
     refuse("{'scene':'x','film':{'filter':1}}", FAULT_TYPE, "film.filter", "text");
     refuse("{'scene':'x','film':{'filter':'box','filter_radius':true}}", FAULT_TYPE, "film.filter_radius",
            "a number from 0.5 to 16");
@@ -146,6 +153,8 @@ static void values_out_of_range_are_refused(void **state)
     (void)state;
     refuse("{}", FAULT_FORMAT, "scene", "missing");
     refuse("{'scene':''}", FAULT_FORMAT, "scene", "missing");
+    refuse("{'scene':'x','effects':{'indirect':'no'}}", FAULT_UNKNOWN, "effects.indirect: \"no\"",
+           "\"auto\", \"on\" or \"off\"");
     refuse("{'scene':'x','film':{'width':0}}", FAULT_RANGE, "film.width", "1 to 32768, found 0");
     refuse("{'scene':'x','film':{'height':32769}}", FAULT_RANGE, "film.height", "1 to 32768, found 32769");
     refuse("{'scene':'x','film':{'width':1.5}}", FAULT_RANGE, "film.width", "whole number");
@@ -252,6 +261,7 @@ static void assert_round_trip(const job_t *job)
         a->partial_step == b->partial_step && a->equalize == b->equalize &&
         a->auxiliary_step == b->auxiliary_step && a->failures == b->failures && a->step_min == b->step_min &&
         a->step_max == b->step_max && a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
+    assert_memory_equal(a->effects, b->effects, sizeof a->effects);
     assert_true(job->stop.mutations_per_pixel == back.stop.mutations_per_pixel &&
                 job->stop.seconds == back.stop.seconds && job->stop.error == back.stop.error &&
                 job->preview_exposure == back.preview_exposure);
