@@ -78,7 +78,7 @@ static void print_effects(const json_t *report)
 {
     printf("Effects\n");
     for (const json_t *at = first_of(report, "effects"); at; at = json_next(at)) {
-        printf("  %-22s %-8s %s", text_of(at, "name"), text_of(at, "state"), text_of(at, "reason"));
+        printf("  %-22s %-9s %s", text_of(at, "name"), text_of(at, "state"), text_of(at, "reason"));
         if (isfinite(number_of(at, "energy")))
             printf(" (%.3g %% of the light)", 100 * number_of(at, "energy"));
         printf("; %s\n", text_of(at, "consequence"));
