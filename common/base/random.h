@@ -1,10 +1,10 @@
 /* random.h: random numbers as a function of their place, not of the order of calls.
  *
  * A number is a function of (key, counter): key = random_key(seed, a, b, c) names a chain step or a sample
- * (job seed, purpose and path length, chain or sample, step), the counter is the dimension. The generator is SplitMix64
- * (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014, figure 16): the finaliser of
- * MurmurHash3 in Stafford's variant 13 over a Weyl sequence. It is counter-based as it stands: output n of a stream
- * that starts at `key` is mix(key + (n+1) gamma).
+ * (job seed, purpose and path length, chain or sample, step), the counter is the dimension. The generator is
+ * SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, OOPSLA 2014, figure 16): the
+ * finaliser of MurmurHash3 in Stafford's variant 13 over a Weyl sequence. It is counter-based as it stands: output
+ * n of a stream that starts at `key` is mix(key + (n+1) gamma).
  *
  * Doubles are multiples of 2^-53 in [0,1): u = 1 never occurs, u = 0 does.
  */
@@ -30,7 +30,8 @@ typedef enum random_purpose {
     RANDOM_PURPOSE_RESAMPLE = 4, /* the offset of systematic resampling */
     RANDOM_PURPOSE_FEATURES = 5, /* albedo, normal and depth layers */
     RANDOM_PURPOSE_REFINE = 6,   /* samples that refine b_k */
-    RANDOM_PURPOSE_TEST = 7
+    RANDOM_PURPOSE_TEST = 7,
+    RANDOM_PURPOSE_PAIRS = 8 /* pixels of a pilot's pairs of samples */
 } random_purpose_t;
 
 /* The key of a family of streams; each word passes through the mixer, so that neighbouring values share nothing. */

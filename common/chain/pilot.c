@@ -42,6 +42,15 @@ bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, 
     return chosen < PATH_MAX_VERTICES;
 }
 
+/* The pixel of a sample that is one of a pair; -1: anywhere. */
+static int64_t pilot_pixel(const settings_t *settings, uint64_t index)
+{
+    if (index < WORK_PAIRS_FIRST)
+        return -1;
+    const uint64_t key = random_key(settings->seed, RANDOM_PURPOSE_PAIRS, 0, index / 2);
+    return (int64_t)(random_double(key, 0) * ((double)settings->width * settings->height));
+}
+
 static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, random_purpose_t purpose,
                               double *weights, const atomic_bool *cancel, work_result_t *result, fault_t *fault)
 {
@@ -60,7 +69,8 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
-        sampler_run(&sampler, random_key(settings->seed, purpose, 0, record->first + i), -1);
+        const uint64_t index = record->first + i;
+        sampler_run(&sampler, random_key(settings->seed, purpose, 0, index), pilot_pixel(settings, index));
         for (uint32_t k = 1; weights && k <= K; k++)
             weights[i * K + k - 1] = totals[k];
     }

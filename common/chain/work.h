@@ -57,6 +57,10 @@ enum {
     WORK_BLOCKS = IMPORTANCE_BLOCKS
 };
 
+/* A pilot's samples from this index on come in pairs, 2 i and 2 i + 1, each pair within one pixel: what two samples
+ * of a pixel differ by is the noise of samples that are spread evenly over the pixels. */
+#define WORK_PAIRS_FIRST (UINT64_C(1) << 41)
+
 typedef struct work_record {
     uint32_t kind;      /* work_kind_t */
     uint32_t length;    /* k: chains; 0: chains of all lengths at once (settings_joins_all), and all else */

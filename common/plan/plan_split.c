@@ -3,10 +3,12 @@
  * With the importance g, c = C g is relative error's own measure: in units where it is 1 everywhere, the mean
  * relative variance of a pixel is
  *
- *     of N samples     V / N,                 V = Var X, X = sum over lengths k of min(c_k, cap_k), a sample's sum;
- *     of N_k mutations inefficiency b_k^2 / N_k,  b_k = E max(c_k - cap_k, 0), what chains of length k follow,
+ *     V / N of N samples, V = Var X within a pixel (there are as many samples in each),
  *
- * the inefficiency (settings.split) being how many mutations do what one independent draw from the chains' law
+ *     inefficiency b_k^2 / N_k of N_k mutations,
+ *
+ * X = sum over k of min(c_k, cap_k) being a sample's sum, b_k = E max(c_k - cap_k, 0) what chains of length k
+ * follow; the inefficiency (settings.split) is how many mutations do what one independent draw from the chains' law
  * would do. With costs a sample and d_k a mutation, at a fixed cost in all the least variance is
  *
  *     (sqrt(a V) + sum_k sqrt(d_k inefficiency) b_k)^2,
@@ -25,13 +27,12 @@
 
 #include "plan/plan_state.h"
 
-/* Indices of samples that are neither candidates nor the sketch's. */
-#define SPLIT_FIRST (UINT64_C(1) << 41)
+/* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
+#define SPLIT_FIRST WORK_PAIRS_FIRST
 enum {
     SPLIT_PARTS = 8, /* one sample in so many of the pilot's */
     SPLIT_GRID = 64, /* values of lambda */
-    SPLIT_SEEDS = 4, /* candidates above the cap that a length's chains need at least */
-    SPLIT_PASSES = 4 /* over the image that samples must be good for */
+    SPLIT_SEEDS = 4  /* candidates above the cap that a length's chains need at least */
 };
 /* Rays of a mutation of length k over k + 2: measured on the scenes of docs/benchmarks.md, 0.3 to 0.5. */
 static const double SPLIT_RAYS = 0.4;
@@ -73,7 +74,7 @@ static split_choice_t split_try(const plan_t *plan, const double *ratios, double
 {
     const uint64_t n = plan->split_units * plan->pilot_unit;
     const uint32_t K = plan->settings.max_path_length;
-    double sum = 0, squares = 0, chains = 0, excess[PATH_MAX_VERTICES] = {0};
+    double before = 0, squares = 0, chains = 0, excess[PATH_MAX_VERTICES] = {0};
     for (uint64_t i = 0; i < n; i++) {
         double x = 0;
         for (uint32_t k = 1; k <= K; k++) {
@@ -81,10 +82,11 @@ static split_choice_t split_try(const plan_t *plan, const double *ratios, double
             x += c < cap ? c : cap;
             excess[k] += c > cap ? c - cap : 0;
         }
-        sum += x;
-        squares += x * x;
+        if (i % 2 == 1)
+            squares += (x - before) * (x - before);
+        before = x;
     }
-    const double mean = sum / (double)n, variance = fmax(0, squares / (double)n - mean * mean);
+    const double variance = 0.5 * squares / (double)(n / 2);
     for (uint32_t k = 1; k <= K; k++)
         chains += sqrt(split_mutation(k) * plan->settings.split) * excess[k] / (double)n;
     const double samples = sqrt(sample * variance);
