@@ -26,7 +26,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     plan->job = *job;
     plan->settings = job->settings;
     plan->scene = scene;
-    plan->error = NAN;
+    plan->error = plan->predicted = NAN;
     fault_code_t code = renderer_complete_settings(&plan->settings, scene, fault);
     if (!code)
         code = effects_check(scene, &plan->settings, fault);
@@ -486,7 +486,7 @@ void plan_progress(const plan_t *plan, plan_progress_t *progress)
     if (stop->seconds > 0)
         fraction = fmax(fraction, plan->seconds / stop->seconds);
     if (stop->error > 0 && plan->error > 0)
-        fraction = fmax(fraction, plan->totals.cpu_seconds / plan_predict(plan, stop->error));
+        fraction = fmax(fraction, plan->totals.cpu_seconds / plan->predicted);
     progress->fraction = fmin(1, fraction);
     if (fraction > 0 && plan->seconds > 0)
         progress->seconds_left = fmax(0, plan->seconds * (1 / fraction - 1));

@@ -22,14 +22,16 @@ void plan_note_error(plan_t *plan)
                                                      .mutations = accuracy_mutations(plan),
                                                      .relmse = error.relmse,
                                                      .spread = error.spread});
+    plan_predict(plan);
 }
 
-double plan_predict(const plan_t *plan, double error)
+void plan_predict(plan_t *plan)
 {
     plan_law_t law;
-    if (!plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
-        return NAN;
-    return plan_law_time(&law, error).median;
+    plan->predicted = NAN;
+    if (plan->job.stop.error > 0 &&
+        plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
+        plan->predicted = plan_law_time(&law, plan->job.stop.error).median;
 }
 
 static json_t *accuracy_history(const plan_t *plan)

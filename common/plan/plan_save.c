@@ -511,6 +511,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     TRY(load_pilot_moments(plan, in));
     TRY(load_groups(plan, in));
     TRY(get_history(in, &plan->history));
+    plan_predict(plan);
     return wire_reader_end(in);
 }
 

@@ -86,6 +86,7 @@ struct plan {
     exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
     plan_groups_t groups;
     plan_history_t history; /* of the estimated error */
+    double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
     float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
     work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
     double pilot_cpu_seconds;
@@ -257,8 +258,8 @@ enum { PLAN_REGION_SIDE = 4, PLAN_REGIONS = PLAN_REGION_SIDE * PLAN_REGION_SIDE 
 /* plan_accuracy.c: what the history says about the time that accuracy takes, for reports and progress. */
 /* Estimates the error now and notes it in the history. */
 void plan_note_error(plan_t *plan);
-/* CPU seconds from the beginning of the job until the estimated error is `error`; NaN while unknown. */
-double plan_predict(const plan_t *plan, double error);
+/* What the history says of when the rule's error is met; after it has changed. */
+void plan_predict(plan_t *plan);
 void plan_report_accuracy(const plan_t *plan, json_t *report);
 
 /* plan_strata.c: how much the errors of neighbouring pixels hang together. */
