@@ -58,6 +58,7 @@ void auxiliary_step(chain_t *chain, chain_t *auxiliary, uint64_t key)
         return;
     }
     chain_splat(chain, &chain->current, chain->gathered, key, UNIT_DRAW_ACCEPT + 1);
+    chain_end_stay(chain, true);
     const target_value_t value = chain->current;
     const uint32_t s = chain->s;
     double *camera = chain->camera, *light = chain->light;
@@ -68,7 +69,6 @@ void auxiliary_step(chain_t *chain, chain_t *auxiliary, uint64_t key)
     chain->light = auxiliary->light;
     chain->kept = auxiliary->kept;
     chain->gathered = a;
-    chain->stay = 0;
     auxiliary->current = value;
     auxiliary->s = s;
     auxiliary->camera = camera;

@@ -57,6 +57,25 @@ static void chain_take(chain_t *chain, chain_streams_t streams, uint32_t camera,
     memcpy(chain->kept->end_ratios, space->path.end_ratios, sizeof space->path.end_ratios);
 }
 
+void chain_end_stay(chain_t *chain, bool accepted)
+{
+    const uint64_t stay = chain->stay;
+    if (stay > chain->stats->longest_stay)
+        chain->stats->longest_stay = stay;
+    chain->stay = 0;
+    if (!stuck_end_stay(chain->stuck, stay, accepted))
+        return;
+    stuck_path_t path = {.length = chain->target->length,
+                         .technique = chain->s,
+                         .stay = stay,
+                         .chain = chain->id,
+                         .x = chain->current.raster.x,
+                         .y = chain->current.raster.y,
+                         .c = chain->current.c};
+    stuck_encode(chain->kept, path.length, path.technique, path.codes);
+    stuck_keep(chain->stuck, &path);
+}
+
 void chain_settle(chain_t *chain, uint32_t s, const target_value_t *value)
 {
     chain->s = s;
@@ -75,13 +94,11 @@ bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_
         return false;
     }
     chain_splat(chain, &chain->current, chain->gathered, key, draw + 1);
+    chain_end_stay(chain, true);
     chain->current = *value;
     chain->gathered = a;
     chain->s = s;
     chain_take(chain, streams, camera, light);
-    if (chain->stay > chain->stats->longest_stay)
-        chain->stats->longest_stay = chain->stay;
-    chain->stay = 0;
     return true;
 }
 
@@ -89,6 +106,5 @@ void chain_finish(chain_t *chain, uint64_t key)
 {
     chain_splat(chain, &chain->current, chain->gathered, key, UNIT_DRAW_ACCEPT + 1);
     chain->gathered = 0;
-    if (chain->stay > chain->stats->longest_stay)
-        chain->stats->longest_stay = chain->stay;
+    chain_end_stay(chain, false);
 }

@@ -18,7 +18,9 @@ typedef struct chain {
     work_space_t *space;
     const target_t *target;
     work_stats_t *stats;
+    stuck_t *stuck;
     const double *shares; /* of the techniques in b_k, if the algorithm wants them */
+    uint64_t id;          /* among those of its length */
     uint64_t key;         /* of this chain's random numbers */
     uint32_t s;
     target_value_t current;
@@ -52,6 +54,9 @@ void chain_splat(chain_t *chain, const target_value_t *value, double weight, uin
  * each). */
 bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_t s, const target_value_t *value,
                   chain_streams_t streams, uint32_t camera, uint32_t light);
+
+/* Before the state is left, by an acceptance or with the chain: looks at its stay, which then begins anew. */
+void chain_end_stay(chain_t *chain, bool accepted);
 
 /* (s, value), whose numbers and walks are in the space, becomes the chain's state; what is gathered stays. */
 void chain_settle(chain_t *chain, uint32_t s, const target_value_t *value);

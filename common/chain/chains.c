@@ -74,7 +74,7 @@ static void chain_step(chain_t *chain, ensemble_t *with, uint64_t step)
 }
 
 static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_record_t *record,
-                          work_stats_t *stats)
+                          work_result_t *result)
 {
     const renderer_t *renderer = space->renderer;
     ensemble->target = renderer->targets[record->length];
@@ -88,7 +88,8 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
         chain_room_t *room = &space->rooms[i];
         *chain = (chain_t){.space = space,
                            .target = &ensemble->target,
-                           .stats = stats,
+                           .stats = &result->stats,
+                           .stuck = &result->stuck,
                            .shares = record->shares,
                            .camera = room->camera,
                            .light = room->light,
@@ -106,7 +107,8 @@ static fault_code_t ensemble_run(ensemble_t *ensemble, const work_record_t *reco
         chain_t *chain = &ensemble->chains[c];
         const uint64_t i = first + c, begin = i * record->mutations / record->count,
                        end = (i + 1) * record->mutations / record->count;
-        chain->key = random_key(settings->seed, RANDOM_PURPOSE_CHAIN, record->length, record->first + i);
+        chain->id = record->first + i;
+        chain->key = random_key(settings->seed, RANDOM_PURPOSE_CHAIN, record->length, chain->id);
         TRY(chain_start(chain, record->seeds[i], fault));
         ensemble->mutations[c] = end - begin;
         most = end - begin > most ? end - begin : most;
@@ -135,7 +137,7 @@ fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const
     const uint32_t together = settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
     ensemble_t ensemble;
     TRY(unit_film(space, fault));
-    ensemble_open(&ensemble, space, record, &result->stats);
+    ensemble_open(&ensemble, space, record, result);
     for (uint64_t i = 0; i < record->count; i += together) {
         const uint64_t left = record->count - i;
         TRY(ensemble_run(&ensemble, record, i, left < together ? (uint32_t)left : together, cancel, fault));

@@ -4,8 +4,9 @@
  * length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and that many f64, u32 caps
  * and that many f64.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
- * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; then by kind: pilot packed doubles; chains and
- * samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little endian.
+ * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot
+ * packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd.
+ * All little endian.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,7 +17,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 5 };
+enum { WORK_CODEC_VERSION = 6 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -250,6 +251,7 @@ static void result_put(wire_writer_t *out, const void *value)
     wire_put_u32(out, failed);
     for (uint32_t i = 0; i < failed; i++)
         wire_put_u64(out, r->failed[i]);
+    stuck_put(out, &r->stuck);
     wire_put_bytes(out, "body", parts->packed, parts->packed_size, UINT32_MAX);
 }
 
@@ -387,6 +389,23 @@ static fault_code_t result_get_failed(wire_reader_t *in, work_result_t *result, 
     return in->code;
 }
 
+/* Stuck stays: of the record's chains alone, and of no more rejections than mutations. */
+static fault_code_t result_get_stuck(wire_reader_t *in, work_result_t *result, const work_record_t *record,
+                                     uint32_t max_path_length)
+{
+    stuck_t *stuck = &result->stuck;
+    TRY(stuck_get(in, stuck, max_path_length));
+    if (stuck->rejections > (record->kind == WORK_CHAINS && record->length > 0 ? record->mutations : 0))
+        return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations",
+                                (unsigned long long)stuck->rejections, (unsigned long long)record->mutations);
+    for (uint32_t i = 0; i < stuck->count; i++)
+        if (stuck->paths[i].length != record->length || stuck->paths[i].chain < record->first ||
+            stuck->paths[i].chain - record->first >= record->count ||
+            stuck->paths[i].stay > result->stats.longest_stay)
+            return wire_reader_fail(in, FAULT_RANGE, "stuck paths", "%u is not of the unit's chains", i);
+    return FAULT_NONE;
+}
+
 /* Unpacks exactly `size` octets into new memory. */
 static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t packed_size, size_t size, void **out,
                            fault_t *fault)
@@ -462,6 +481,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
         code = result_check_counts(&in, result, record);
     if (!code)
         code = result_get_failed(&in, result, record, fault);
+    if (!code)
+        code = result_get_stuck(&in, result, record, max_path_length);
     if (!code)
         code = result_get_body(&in, result, record, width, height, max_path_length, fault);
     if (!code)

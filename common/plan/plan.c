@@ -226,6 +226,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
         length->failed[i] += result->failed[i];
     if (result->stats.longest_stay > length->longest_stay)
         length->longest_stay = result->stats.longest_stay;
+    plan_stuck_absorb(plan, record, result);
     length->merged += record->mutations;
     length->units_in++;
     length->cpu_seconds += result->stats.cpu_seconds;

@@ -2,8 +2,8 @@
  * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length
- * its sums, candidates and film; squares, of pixels and (chains) of blocks; features; groups and history. Large
- * arrays are packed (u32 size, zstd).
+ * its sums, candidates and film; squares, of pixels and (chains) of blocks; features; groups, history and stuck
+ * chains. Large arrays are packed (u32 size, zstd).
  */
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 8 };
+enum { PLAN_SAVE_VERSION = 9 };
 
 /* ---- arrays ---- */
 
@@ -85,6 +85,7 @@ static void put_length(wire_writer_t *out, const plan_length_t *length, uint32_t
     wire_put_u64(out, length->merged);
     wire_put_u64(out, length->zero_proposals);
     wire_put_u64(out, length->longest_stay);
+    wire_put_u64(out, length->stuck_rejections);
     wire_put_f64(out, length->cpu_seconds);
     for (int i = 0; i < WORK_MOVES; i++) {
         wire_put_u64(out, length->proposed[i]);
@@ -113,6 +114,7 @@ static void get_length(wire_reader_t *in, plan_length_t *length, uint32_t k)
     length->merged = wire_get_u64(in, "merged");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");
     length->longest_stay = wire_get_u64(in, "longest_stay");
+    length->stuck_rejections = wire_get_u64(in, "stuck rejections");
     length->cpu_seconds = wire_get_f64(in, "cpu_seconds");
     for (int i = 0; i < WORK_MOVES; i++) {
         length->proposed[i] = wire_get_u64(in, "proposed");
@@ -332,6 +334,7 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
     for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
         wire_put_bytes(out, "groups", parts->groups[i].data, parts->groups[i].size, UINT32_MAX);
     put_history(out, &plan->history);
+    stuck_put(out, &plan->stuck);
 }
 
 /* Octets of the pilot units' coarse images. */
@@ -511,6 +514,8 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     TRY(load_pilot_moments(plan, in));
     TRY(load_groups(plan, in));
     TRY(get_history(in, &plan->history));
+    TRY(stuck_get(in, &plan->stuck, plan->settings.max_path_length));
+    TRY(plan_stuck_check(plan, in));
     plan_predict(plan);
     return wire_reader_end(in);
 }

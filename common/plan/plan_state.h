@@ -7,6 +7,7 @@
 #include "plan/plan.h"
 #include "plan/plan_groups.h"
 #include "plan/plan_history.h"
+#include "plan/plan_stuck.h"
 
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
 enum { PLAN_SAMPLE_MUTATIONS = 10 };
@@ -46,7 +47,7 @@ typedef struct plan_length {
     plan_moments_t samples[PATH_MAX_VERTICES + 1], large_steps[PATH_MAX_VERTICES + 1];
     uint64_t proposed[WORK_MOVES];
     exact_sum_t accepted[WORK_MOVES];
-    uint64_t zero_proposals, longest_stay;
+    uint64_t zero_proposals, longest_stay, stuck_rejections;
     uint64_t failed[WORK_FAILED_BLOCKS]; /* failures = published */
     double cpu_seconds;
 } plan_length_t;
@@ -89,6 +90,7 @@ struct plan {
     double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
     float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
     work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
+    stuck_t stuck;          /* likewise */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
     double seconds;         /* as last told */
