@@ -457,7 +457,7 @@ bool plan_finished(const plan_t *plan)
     return plan->stopped;
 }
 
-static double plan_merged(const plan_t *plan)
+double plan_merged(const plan_t *plan)
 {
     double merged = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)

@@ -4,14 +4,6 @@
 #include "plan/plan_law.h"
 #include "plan/plan_state.h"
 
-static double accuracy_mutations(const plan_t *plan)
-{
-    double merged = 0;
-    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        merged += plan_mutations_of(plan, k) * (double)plan->lengths[k].merged;
-    return merged;
-}
-
 void plan_note_error(plan_t *plan)
 {
     plan_error_t error;
@@ -19,7 +11,7 @@ void plan_note_error(plan_t *plan)
     plan->error = sqrt(error.relmse);
     plan_history_add(&plan->history, &(plan_point_t){.seconds = plan->seconds,
                                                      .cpu_seconds = plan->totals.cpu_seconds,
-                                                     .mutations = accuracy_mutations(plan),
+                                                     .mutations = plan_merged(plan),
                                                      .relmse = error.relmse,
                                                      .spread = error.spread});
     plan_predict(plan);

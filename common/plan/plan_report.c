@@ -211,10 +211,7 @@ json_t *plan_report(const plan_t *plan)
     plan_report_accuracy(plan, root);
     if (plan_is_chains(plan))
         json_add_number(root, "stratification", plan_estimate_strata(plan));
-    double merged = 0;
-    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        merged += plan_mutations_of(plan, k) * (double)plan->lengths[k].merged;
-    json_add(root, "rates", report_rates(plan, merged));
+    json_add(root, "rates", report_rates(plan, plan_merged(plan)));
     json_t *lengths = json_new_array();
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         json_append(lengths, report_length(plan, &estimate, k));

@@ -165,6 +165,8 @@ static inline double plan_counted(const plan_t *plan, const plan_length_t *lengt
 }
 
 /* plan.c */
+/* Mutations merged, samples beside chains as what they count. */
+double plan_merged(const plan_t *plan);
 /* Makes the next unit of the list; false if there is none now. */
 bool plan_generate(plan_t *plan);
 
