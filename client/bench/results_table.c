@@ -85,17 +85,8 @@ static json_t *run_json(const results_t *results, const run_figures_t *run, size
     json_add_u64(object, "seed", seed + 1);
     if (!run->made)
         json_add_string(object, "failure", run->failure[0] ? run->failure : "not run");
-    for (size_t b = 0; run->made && b < results->matrix->budget_count; b++) {
-        const run_point_t *p = &run->points[b];
-        json_t *point = json_new_object();
-        json_add_number(point, "cpu_seconds", p->cpu_seconds);
-        json_add_number(point, "mutations_per_pixel", p->mutations_per_pixel);
-        json_add_number(point, "relmse", p->relmse);
-        json_add_number(point, "relmse_trimmed", p->trimmed);
-        json_add_number(point, "relmse_estimated", p->estimate);
-        json_add_number(point, "bias", p->bias);
-        json_append(points, point);
-    }
+    for (size_t b = 0; run->made && b < results->matrix->budget_count; b++)
+        json_append(points, run_point_json(&run->points[b]));
     json_add(object, "points", points);
     return object;
 }

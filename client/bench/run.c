@@ -14,6 +14,18 @@
 #define MISSING_MOST 0.03 /* of the light, in an image that has an error */
 enum { RUN_BYTES = 1 << 16, SHORT_DIGITS = 12 };
 
+json_t *run_point_json(const run_point_t *point)
+{
+    json_t *object = json_new_object();
+    json_add_number(object, "cpu_seconds", point->cpu_seconds);
+    json_add_number(object, "mutations_per_pixel", point->mutations_per_pixel);
+    json_add_number(object, "relmse", point->relmse);
+    json_add_number(object, "relmse_trimmed", point->trimmed);
+    json_add_number(object, "relmse_estimated", point->estimate);
+    json_add_number(object, "bias", point->bias);
+    return object;
+}
+
 fault_code_t run_context_references(run_context_t *context, const char *const *paths, size_t count, fault_t *fault)
 {
     for (size_t i = 0; i < count; i++) {
@@ -142,17 +154,8 @@ static fault_code_t write_run(const run_context_t *context, const run_point_t *p
 {
     json_t *root = json_new_object(), *list = json_new_array();
     json_add_string(root, "key", key);
-    for (size_t i = 0; i < context->matrix->budget_count; i++) {
-        const run_point_t *p = &points[i];
-        json_t *point = json_new_object();
-        json_add_number(point, "cpu_seconds", p->cpu_seconds);
-        json_add_number(point, "mutations_per_pixel", p->mutations_per_pixel);
-        json_add_number(point, "relmse", p->relmse);
-        json_add_number(point, "relmse_trimmed", p->trimmed);
-        json_add_number(point, "bias", p->bias);
-        json_add_number(point, "relmse_estimated", p->estimate);
-        json_append(list, point);
-    }
+    for (size_t i = 0; i < context->matrix->budget_count; i++)
+        json_append(list, run_point_json(&points[i]));
     json_add(root, "points", list);
     char *text = json_print(root, true);
     json_destroy(&root);

@@ -6,6 +6,7 @@
 #define CLIENT_BENCH_RUN_H
 
 #include "base/digest.h"
+#include "base/json.h"
 #include "client/bench/matrix.h"
 #include "film/image.h"
 #include "scene/scene.h"
@@ -16,6 +17,9 @@ typedef struct run_point {
     double relmse, trimmed, bias; /* against the reference; with two halves they may be negative near its noise */
     double estimate;              /* of relMSE, the render's own */
 } run_point_t;
+
+/* As files of runs and results hold it; the caller's. */
+json_t *run_point_json(const run_point_t *point);
 
 typedef struct run_figures {
     bool made;
