@@ -23,6 +23,7 @@ static sampler_t bundle_sampler(bundle_t *bundle, double *totals)
                        .renderer = bundle->space->renderer,
                        .totals = totals,
                        .importance = bundle->importance,
+                       .longest = bundle->space->renderer->settings.max_path_length,
                        .splats = bundle->proposed->splats};
 }
 

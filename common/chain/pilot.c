@@ -22,6 +22,7 @@ bool unit_seed(work_space_t *space, const target_t *target, uint64_t candidate, 
                          .totals = totals,
                          .by_technique = by_technique,
                          .only = target->length,
+                         .longest = target->length,
                          .importance = target->importance,
                          .caps = target->cap > 0 ? caps : NULL};
     caps[target->length - 1] = target->cap;
@@ -63,9 +64,11 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
                          .moments = space->moments,
                          .importance = unit_importance(space, record),
                          .caps = record->caps,
+                         .longest = K,
+                         .rays = weights ? weights + (record->count + WORK_BLOCKS) * K : NULL,
                          .blocks = weights ? weights + record->count * K : NULL};
     if (weights)
-        memset(sampler.blocks, 0, sizeof(double) * K * WORK_BLOCKS);
+        memset(sampler.blocks, 0, sizeof(double) * K * (WORK_BLOCKS + 1));
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
@@ -85,7 +88,7 @@ fault_code_t unit_pilot(work_space_t *space, const work_record_t *record, const 
                         work_result_t *result, fault_t *fault)
 {
     result->weights = space->weights;
-    result->weight_count = (uint32_t)(record->count + WORK_BLOCKS) * space->renderer->settings.max_path_length;
+    result->weight_count = (uint32_t)work_pilot_weights(record->count, space->renderer->settings.max_path_length);
     return pilot_run(space, record, RANDOM_PURPOSE_PILOT, space->weights, cancel, result, fault);
 }
 

@@ -19,6 +19,10 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
         const double excess = split_excess(scalar, sampler->caps[k - 1]);
         scalar = excess > 0 ? excess : 0;
     }
+    if (sampler->weights) {
+        scalar *= sampler->weights[k - 1];
+        seen = rgb_scale(seen, sampler->weights[k - 1]);
+    }
     sampler->totals[k] += scalar;
     if (sampler->only > 0)
         sampler->by_technique[s] = scalar;
@@ -39,7 +43,7 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
 {
     const renderer_t *renderer = sampler->renderer;
     const uint32_t k = s + t - 1;
-    if (k < 1 || k > renderer->settings.max_path_length || (sampler->only > 0 && k != sampler->only))
+    if (k < 1 || k > sampler->longest || (sampler->only > 0 && k != sampler->only))
         return;
     path_vertex_t y0;
     const path_vertex_t *own = NULL;
@@ -51,8 +55,20 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
         own = &y0;
     }
     path_value_t value;
-    if (path_connect(&renderer->scene, &sampler->space->path, s, t, own, &renderer->targets[k].techniques, &value))
+    path_space_t *path = &sampler->space->path;
+    const uint64_t before = path->shadow_rays;
+    if (path_connect(&renderer->scene, path, s, t, own, &renderer->targets[k].techniques, &value))
         sampler_add(sampler, s, t, &value);
+    if (sampler->rays)
+        sampler->rays[k - 1] += (double)(path->shadow_rays - before);
+}
+
+/* Ray i of a walk, from 1 on, leads to its vertex i: paths of length i need it, one more on the light's side. */
+static void sampler_count_rays(sampler_t *sampler, uint64_t before, uint32_t shortest)
+{
+    const uint64_t rays = sampler->space->path.rays - before;
+    for (uint64_t i = 0; sampler->rays && i < rays; i++)
+        sampler->rays[shortest - 1 + i] += 1;
 }
 
 /* The light walk of the numbers in the space: how many first vertices of it take part. */
@@ -60,11 +76,13 @@ static uint32_t sampler_walk_light(sampler_t *sampler)
 {
     work_space_t *space = sampler->space;
     const settings_t *settings = &sampler->renderer->settings;
-    const uint32_t K = settings->max_path_length;
+    const uint32_t K = sampler->longest;
     if (settings->algorithm == SETTINGS_PT || (K < 2 && !settings_joins_all(settings->algorithm)))
         return 1;
+    const uint64_t before = space->path.rays;
     const uint32_t light =
         path_walk_light(&sampler->renderer->scene, &space->path, space->light, K, PATH_ENDS_JOINED);
+    sampler_count_rays(sampler, before, 2);
     return light > 1 || settings_joins_all(settings->algorithm) ? light : 1; /* s = 1 has points of its own */
 }
 
@@ -73,13 +91,15 @@ void sampler_evaluate(sampler_t *sampler, uint64_t key)
     work_space_t *space = sampler->space;
     const renderer_t *renderer = sampler->renderer;
     const uint32_t K = renderer->settings.max_path_length;
+    const uint64_t before = space->path.rays;
     sampler->key = key;
     sampler->pixel = rgb_gray(0);
     sampler->splat_count = 0;
     for (uint32_t k = 1; k <= K; k++)
         sampler->totals[k] = 0;
     const uint32_t camera =
-        path_walk_camera(&renderer->scene, &space->path, space->camera, K + 1, PATH_ENDS_ON_LIGHT);
+        path_walk_camera(&renderer->scene, &space->path, space->camera, sampler->longest + 1, PATH_ENDS_ON_LIGHT);
+    sampler_count_rays(sampler, before, 1);
     const uint32_t light = sampler_walk_light(sampler);
     for (uint32_t t = 1; t <= camera; t++)
         for (uint32_t s = t == 1; s <= light; s++)
@@ -99,13 +119,12 @@ void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
     work_space_t *space = sampler->space;
     const path_scene_t *scene = &sampler->renderer->scene;
     const settings_t *settings = &sampler->renderer->settings;
-    const uint32_t K = settings->max_path_length;
-    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(scene, K + 1));
+    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(scene, sampler->longest + 1));
     if (pixel >= 0) {
         space->camera[0] = ((double)(pixel % settings->width) + space->camera[0]) / settings->width;
         space->camera[1] = ((double)(pixel / settings->width) + space->camera[1]) / settings->height;
     }
     if (settings->algorithm != SETTINGS_PT)
-        kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(K));
+        kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(sampler->longest));
     sampler_evaluate(sampler, key);
 }

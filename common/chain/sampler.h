@@ -31,7 +31,10 @@ typedef struct sampler {
     double *blocks;     /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */
     sampler_splat_t *splats; /* [K + 1]: if not null, where this sample is seen: set, not added to */
     uint32_t splat_count;
-    uint32_t only; /* join only to this length; 0: to all */
+    double *rays;          /* [K], of length k in [k - 1]: added to if not null: rays that it takes beyond k - 1 */
+    uint32_t only;         /* join only to this length; 0: to all */
+    uint32_t longest;      /* length that samples are made up to */
+    const double *weights; /* [K], of length k in [k - 1]: what a path counts (cutoff.h); null: 1 */
     /* of the sample at hand */
     uint64_t key;
     rgb_t pixel; /* what the camera walk gathered */

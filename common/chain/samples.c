@@ -1,6 +1,8 @@
 /* samples.c: the image by independent samples: bidirectional path tracing, and path tracing as its special case of
  * the techniques s <= 1. Sample i belongs to pixel i mod (width height): every pass over the image is stratified.
+ * With rates each is made up to a length of its own (cutoff.h).
  */
+#include "chain/cutoff.h"
 #include "chain/sampler.h"
 
 fault_code_t unit_samples(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
@@ -9,7 +11,7 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
     const renderer_t *renderer = space->renderer;
     const settings_t *settings = &renderer->settings;
     const uint64_t pixels = (uint64_t)settings->width * settings->height;
-    double totals[PATH_MAX_VERTICES];
+    double totals[PATH_MAX_VERTICES], weights[PATH_MAX_VERTICES];
     TRY(unit_film(space, fault));
     sampler_t sampler = {.space = space,
                          .renderer = renderer,
@@ -18,11 +20,18 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
                          .totals = totals,
                          .moments = space->moments,
                          .importance = unit_importance(space, record),
-                         .caps = record->caps};
+                         .caps = record->caps,
+                         .longest = settings->max_path_length,
+                         .weights = record->rates ? weights : NULL};
+    for (uint32_t k = 0; k < record->rate_count; k++)
+        weights[k] = 1 / record->rates[k];
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
         const uint64_t index = record->first + i;
+        if (record->rates)
+            sampler.longest = cutoff_length(record->rates, record->rate_count,
+                                            cutoff_place(settings->seed, index % pixels, index / pixels));
         sampler_run(&sampler, random_key(settings->seed, RANDOM_PURPOSE_SAMPLES, 0, index),
                     (int64_t)(index % pixels));
     }

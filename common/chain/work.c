@@ -185,6 +185,9 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
                          settings->split > 0 ? "as many as path lengths, of chains one" : "none");
     if (record->kind == WORK_SAMPLES && settings->split > 0 && record->cap_count == 0)
         return fault_set(fault, FAULT_RANGE, "a unit of samples without caps, for a job with them");
+    if (record->rate_count > 0 && (!(settings->split > 0) || record->rate_count != settings->max_path_length))
+        return fault_set(fault, FAULT_RANGE, "a unit with %u rates, expected %s", record->rate_count,
+                         settings->split > 0 ? "as many as path lengths" : "none");
     if (record->importance && !(settings->equalize > 0))
         return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
     if (record->kind == WORK_CHAINS && settings->equalize > 0 && !record->importance)
@@ -200,8 +203,9 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
 /* Room for what the record asks for. */
 static fault_code_t work_reserve(work_space_t *space, const work_record_t *record, fault_t *fault)
 {
-    const size_t weights =
-        record->kind == WORK_PILOT ? (record->count + WORK_BLOCKS) * space->renderer->settings.max_path_length : 0;
+    const size_t weights = record->kind == WORK_PILOT
+                               ? work_pilot_weights(record->count, space->renderer->settings.max_path_length)
+                               : 0;
     if (weights > space->weight_room) {
         double *room = realloc(space->weights, sizeof *room * weights);
         if (!room)

@@ -73,9 +73,11 @@ typedef struct work_record {
     uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
     double *shares; /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
                        sum to one; else null; owned by the record */
-    double *importance; /* all but features: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
-    uint32_t cap_count; /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
-    double *caps;       /* split.h; null if there is none; owned by the record */
+    double *importance;  /* all but features: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
+    uint32_t cap_count;  /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
+    double *caps;        /* split.h; null if there is none; owned by the record */
+    uint32_t rate_count; /* samples: 0 or one for each length from 1 on */
+    double *rates;       /* cutoff.h; null if all samples are of all lengths; owned by the record */
 } work_record_t;
 
 void work_record_clear(work_record_t *record);
@@ -136,7 +138,8 @@ typedef struct work_result {
     work_moments_t *moments;
     stuck_t stuck;         /* chains of one length */
     uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K;
-                              then K x WORK_BLOCKS: their sums over candidates by length and block of the image */
+                              then K x WORK_BLOCKS: their sums over candidates by length and block of the image;
+                              then K: the rays that paths of each length take beyond those of shorter ones */
     double *weights;
     uint64_t *failed; /* chains with failures = published: proposals without contribution by block of the image,
                          WORK_FAILED_BLOCKS of them; else null */
@@ -145,6 +148,12 @@ typedef struct work_result {
     uint32_t feature_rows, feature_width; /* features: WORK_FEATURE_CHANNELS floats a pixel */
     float *features;
 } work_result_t;
+
+/* Doubles in weights[] of a pilot's unit. */
+static inline size_t work_pilot_weights(uint64_t count, uint32_t max_path_length)
+{
+    return (size_t)(count + WORK_BLOCKS + 1) * max_path_length;
+}
 
 /* Index of moments[] where length k starts, in a result for all lengths. */
 static inline uint32_t work_samples_moment(uint32_t k)

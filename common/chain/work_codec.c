@@ -2,7 +2,7 @@
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32 0 or
  * length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and that many f64, u32 caps
- * and that many f64.
+ * and that many f64; for samples u32 rates and that many f64.
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
  * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot
  * packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd.
@@ -17,7 +17,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 6 };
+enum { WORK_CODEC_VERSION = 7 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -25,6 +25,7 @@ void work_record_clear(work_record_t *record)
     free(record->shares);
     free(record->importance);
     free(record->caps);
+    free(record->rates);
     *record = (work_record_t){0};
 }
 
@@ -59,6 +60,11 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_u32(out, record->cap_count);
     for (uint32_t i = 0; i < record->cap_count; i++)
         wire_put_f64(out, record->caps[i]);
+    if (record->kind != WORK_SAMPLES)
+        return;
+    wire_put_u32(out, record->rate_count);
+    for (uint32_t i = 0; i < record->rate_count; i++)
+        wire_put_f64(out, record->rates[i]);
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
@@ -172,6 +178,29 @@ static fault_code_t record_get_caps(wire_reader_t *in, work_record_t *record, fa
     return in->code;
 }
 
+/* From 1 down, and never to 0. */
+static fault_code_t record_get_rates(wire_reader_t *in, work_record_t *record, fault_t *fault)
+{
+    const uint32_t count = wire_get_u32(in, "rates");
+    if (in->code || count == 0)
+        return in->code;
+    if (count > PATH_MAX_LENGTH)
+        return wire_reader_fail(in, FAULT_FORMAT, "rates", "%u, expected 0 to %d", count, PATH_MAX_LENGTH);
+    record->rates = malloc(sizeof(double) * count);
+    if (!record->rates)
+        return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its rates");
+    record->rate_count = count;
+    double before = 1;
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        const double rate = record->rates[i] = wire_get_f64(in, "rates");
+        if (!in->code && !(rate >= 1e-6 && rate <= before && (i > 0 || rate == 1)))
+            return wire_reader_fail(in, FAULT_RANGE, "rates",
+                                    "%g after %g, expected them to fall from 1 to 1e-6 or more", rate, before);
+        before = rate;
+    }
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -201,6 +230,8 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
         code = record_get_importance(&in, record, fault);
     if (!code && record_has_importance(record->kind))
         code = record_get_caps(&in, record, fault);
+    if (!code && record->kind == WORK_SAMPLES)
+        code = record_get_rates(&in, record, fault);
     if (!code)
         code = wire_reader_end(&in);
     if (code)
@@ -429,7 +460,7 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
         return in->code;
     if (record->kind == WORK_PILOT) {
         void *weights;
-        const uint32_t count = (uint32_t)(record->count + WORK_BLOCKS) * max_path_length;
+        const uint32_t count = (uint32_t)work_pilot_weights(record->count, max_path_length);
         TRY(unpack(in, packed, packed_size, sizeof(double) * count, &weights, fault));
         result->weights = weights;
         result->weight_count = count;

@@ -98,6 +98,7 @@ static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, u
     if (plan_splits(plan)) {
         json_add_number(object, "light", plan->lengths[k].light);
         json_add_number(object, "cap", plan->caps[k - 1]);
+        json_add_number(object, "rate", plan->rates[k - 1]);
     }
     json_add_number(object, "relmse", plan->lengths[k].merged > 0 ? estimate->lengths[k] : NAN);
     json_add_number(object, "share", plan->lengths[k].share);

@@ -12,7 +12,7 @@
 #include "base/wire.h"
 #include "plan/plan_state.h"
 
-enum { PLAN_SAVE_VERSION = 9 };
+enum { PLAN_SAVE_VERSION = 10 };
 
 /* ---- arrays ---- */
 
@@ -176,18 +176,22 @@ static fault_code_t check_b_whole(const plan_t *plan, wire_reader_t *in)
 
 static void put_split(wire_writer_t *out, const plan_t *plan)
 {
-    wire_put_u64(out, plan->split_rays);
+    for (uint32_t k = 0; k < plan->settings.max_path_length; k++)
+        wire_put_u64(out, plan->split_rays[k]);
     wire_put_u8(out, plan->has_caps);
     if (!plan->has_caps)
         return;
     wire_put_f64(out, plan->split_samples);
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         wire_put_f64(out, plan->caps[k - 1]);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        wire_put_f64(out, plan->rates[k - 1]);
 }
 
 static void get_split(wire_reader_t *in, plan_t *plan)
 {
-    plan->split_rays = wire_get_u64(in, "split rays");
+    for (uint32_t k = 0; k < plan->settings.max_path_length; k++)
+        plan->split_rays[k] = wire_get_u64(in, "split rays");
     const uint8_t has_caps = wire_get_u8(in, "caps");
     if (!in->code && (has_caps > 1 || (has_caps && plan->split_units == 0)))
         wire_reader_fail(in, FAULT_FORMAT, "caps", "%u, of a job %s split", has_caps,
@@ -202,6 +206,11 @@ static void get_split(wire_reader_t *in, plan_t *plan)
         plan->caps[k - 1] = wire_get_f64(in, "caps");
         if (!in->code && !(plan->caps[k - 1] >= 0))
             wire_reader_fail(in, FAULT_RANGE, "caps", "%g", plan->caps[k - 1]);
+    }
+    for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {
+        plan->rates[k - 1] = wire_get_f64(in, "rates");
+        if (!in->code && !(plan->rates[k - 1] > 0 && plan->rates[k - 1] <= (k > 1 ? plan->rates[k - 2] : 1)))
+            wire_reader_fail(in, FAULT_RANGE, "rates", "%g", plan->rates[k - 1]);
     }
 }
 

@@ -7,17 +7,19 @@
  *
  *     inefficiency b_k^2 / N_k of N_k mutations,
  *
- * X = sum over k of min(c_k, cap_k) being a sample's sum, b_k = E max(c_k - cap_k, 0) what chains of length k
- * follow; the inefficiency (settings.split) is how many mutations do what one independent draw from the chains' law
- * would do. With costs a sample and d_k a mutation, at a fixed cost in all the least variance is
+ * X = sum over k of min(c_k, cap_k) / rate_k being a sample's sum (plan_rates.h), b_k = E max(c_k - cap_k, 0) what
+ * chains of length k follow; the inefficiency (settings.split) is how many mutations do what one independent draw
+ * from the chains' law would do. With costs a sample and d_k a mutation, at a fixed cost in all the least variance
+ * is
  *
  *     (sqrt(a V) + sum_k sqrt(d_k inefficiency) b_k)^2,
  *
  * reached with N in proportion to sqrt(V / a), N_k to b_k sqrt(inefficiency / d_k). Its derivative by cap_k, all
- * lengths but one being fixed, is zero where cap_k = lambda sqrt(d_k inefficiency / a) with one lambda for all
- * lengths (the root of V, if a sample is seldom of more than one part). So there is one number to choose: the least
+ * lengths but one being fixed, is zero where cap_k = lambda rate_k sqrt(d_k inefficiency) with one lambda for all
+ * lengths (sqrt(V / a), if a sample is seldom of more than one part). So there is one number to choose: the least
  * is looked for over a grid of lambda, 0 (chains bring all) among it, from the sums of one batch of samples that
- * are used for nothing else. What the caps are decides how noisy the image is, not what it converges to.
+ * are used for nothing else; twice, with all rates 1 and then with those that went with the best. What the caps and
+ * rates are decides how noisy the image is, not what it converges to.
  *
  * Costs are in rays, counted, as nothing here may depend on a clock.
  */
@@ -25,6 +27,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/plan_rates.h"
 #include "plan/plan_state.h"
 
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
@@ -59,38 +62,56 @@ static double split_mutation(uint32_t k)
     return SPLIT_RAYS * (2 + (double)k);
 }
 
-/* What lambda gives: the root of the variance at unit cost, and the samples' part of it. */
-typedef struct split_choice {
-    double lambda, deviation, samples;
-} split_choice_t;
-
 /* The batch's sums of sample i of length k, as absorb_pilot keeps weights. */
 static double split_total(const plan_t *plan, uint64_t i, uint32_t k)
 {
     return plan->lengths[k].weights[i];
 }
 
-static split_choice_t split_try(const plan_t *plan, const double *ratios, double sample, double lambda)
+/* What lambda gives: the root of the variance at unit cost, the samples that are made then, and their rates. */
+typedef struct split_choice {
+    double lambda, deviation, samples, rates[PATH_MAX_LENGTH];
+} split_choice_t;
+
+/* Sums of the batch under one lambda. */
+typedef struct split_sums {
+    double squares[PATH_MAX_VERTICES]; /* of what the tails k, k + 1, ... of a pair's samples differ by */
+    double excess[PATH_MAX_VERTICES];
+} split_sums_t;
+
+static void split_add_pair(const plan_t *plan, uint64_t pair, const double *caps, split_sums_t *sums)
+{
+    double difference = 0;
+    for (uint32_t k = plan->settings.max_path_length; k >= 1; k--) {
+        for (uint32_t i = 0; i < 2; i++) {
+            const double c = split_total(plan, 2 * pair + i, k), cap = caps[k];
+            difference += (c < cap ? c : cap) * (i == 0 ? 1 : -1);
+            sums->excess[k] += c > cap ? c - cap : 0;
+        }
+        sums->squares[k] += difference * difference;
+    }
+}
+
+static split_choice_t split_try(const plan_t *plan, const double *ratios, double lambda)
 {
     const uint64_t n = plan->split_units * plan->pilot_unit;
     const uint32_t K = plan->settings.max_path_length;
-    double before = 0, squares = 0, chains = 0, excess[PATH_MAX_VERTICES] = {0};
-    for (uint64_t i = 0; i < n; i++) {
-        double x = 0;
-        for (uint32_t k = 1; k <= K; k++) {
-            const double c = split_total(plan, i, k), cap = lambda * ratios[k];
-            x += c < cap ? c : cap;
-            excess[k] += c > cap ? c - cap : 0;
-        }
-        if (i % 2 == 1)
-            squares += (x - before) * (x - before);
-        before = x;
-    }
-    const double variance = 0.5 * squares / (double)(n / 2);
+    double caps[PATH_MAX_VERTICES], parts[PATH_MAX_LENGTH], costs[PATH_MAX_LENGTH], chains = 0;
+    split_sums_t sums = {0};
+    split_choice_t choice = {.lambda = lambda};
     for (uint32_t k = 1; k <= K; k++)
-        chains += sqrt(split_mutation(k) * plan->settings.split) * excess[k] / (double)n;
-    const double samples = sqrt(sample * variance);
-    return (split_choice_t){lambda, samples + chains, samples / sample};
+        caps[k] = lambda * ratios[k];
+    for (uint64_t pair = 0; pair < n / 2; pair++)
+        split_add_pair(plan, pair, caps, &sums);
+    for (uint32_t k = 1; k <= K; k++) {
+        parts[k - 1] = (sums.squares[k] - sums.squares[k + 1]) / (double)n;
+        costs[k - 1] = (double)plan->split_rays[k - 1] / (double)n;
+        chains += sqrt(split_mutation(k) * plan->settings.split) * sums.excess[k] / (double)n;
+    }
+    const plan_rates_figures_t sample = plan_rates_best(parts, costs, K, choice.rates);
+    choice.deviation = sqrt(sample.variance * sample.cost) + chains;
+    choice.samples = sqrt(sample.variance / sample.cost);
+    return choice;
 }
 
 /* The largest lambda at which a sample of the batch still meets a cap. */
@@ -104,25 +125,36 @@ static double split_largest(const plan_t *plan, const double *ratios)
     return largest;
 }
 
-static void split_finish(plan_t *plan)
+/* The best of a grid of lambdas. */
+static split_choice_t split_search(const plan_t *plan, const double *ratios)
 {
-    const uint64_t n = plan->split_units * plan->pilot_unit;
-    const double sample = fmax(1, (double)plan->split_rays / (double)n);
-    double ratios[PATH_MAX_VERTICES];
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
-        ratios[k] = sqrt(split_mutation(k) * plan->settings.split / sample);
     const double largest = split_largest(plan, ratios);
-    split_choice_t best = split_try(plan, ratios, sample, 0);
+    split_choice_t best = split_try(plan, ratios, 0);
     for (int i = 0; i < SPLIT_GRID && largest > 0; i++) {
-        const split_choice_t choice = split_try(plan, ratios, sample, largest * exp2(-0.5 * i));
+        const split_choice_t choice = split_try(plan, ratios, largest * exp2(-0.5 * i));
         if (choice.deviation < best.deviation)
             best = choice;
     }
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
-        plan->caps[k - 1] = best.lambda * ratios[k];
+    return best;
+}
+
+static void split_finish(plan_t *plan)
+{
+    const uint64_t n = plan->split_units * plan->pilot_unit;
+    const uint32_t K = plan->settings.max_path_length;
+    double ratios[PATH_MAX_VERTICES] = {0};
+    for (uint32_t k = 1; k <= K; k++)
+        ratios[k] = sqrt(split_mutation(k) * plan->settings.split);
+    split_choice_t best = split_search(plan, ratios);
+    for (uint32_t k = 1; k <= K; k++)
+        ratios[k] *= best.rates[k - 1];
+    const split_choice_t second = split_search(plan, ratios);
+    for (uint32_t k = 1; k <= K; k++) {
+        plan->caps[k - 1] = second.lambda * ratios[k];
+        plan->rates[k - 1] = second.rates[k - 1];
         memset(plan->lengths[k].weights, 0, sizeof(double) * n);
     }
-    plan->split_samples = best.samples;
+    plan->split_samples = second.samples;
     plan->has_caps = true;
 }
 
@@ -132,7 +164,8 @@ void plan_absorb_split(plan_t *plan, const work_record_t *record, const work_res
     for (uint64_t i = 0; i < record->count; i++)
         for (uint32_t k = 1; k <= K; k++)
             plan->lengths[k].weights[record->first - SPLIT_FIRST + i] = result->weights[i * K + k - 1];
-    plan->split_rays += result->stats.rays + result->stats.shadow_rays;
+    for (uint32_t k = 0; k < K; k++)
+        plan->split_rays[k] += (uint64_t)fmin(result->weights[(record->count + WORK_BLOCKS) * K + k], 0x1p50);
     plan->split_in++;
     if (plan->split_in == plan->split_units)
         split_finish(plan);
@@ -174,15 +207,24 @@ void plan_split_shares(plan_t *plan)
         plan->lengths[k].share /= all;
 }
 
+static double *split_copy(const double *values, uint32_t count)
+{
+    double *copy = malloc(sizeof *copy * count);
+    if (copy)
+        memcpy(copy, values, sizeof *copy * count);
+    return copy;
+}
+
 fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *fault)
 {
     if (!plan->has_caps)
         return FAULT_NONE;
-    const bool chains = record->kind == WORK_CHAINS;
+    const bool chains = record->kind == WORK_CHAINS, samples = record->kind == WORK_SAMPLES;
     record->cap_count = chains ? 1 : plan->settings.max_path_length;
-    record->caps = malloc(sizeof(double) * record->cap_count);
-    if (!record->caps)
-        return fault_set(fault, FAULT_MEMORY, "no memory for a unit's caps");
-    memcpy(record->caps, plan->caps + (chains ? record->length - 1 : 0), sizeof(double) * record->cap_count);
-    return FAULT_NONE;
+    record->caps = split_copy(plan->caps + (chains ? record->length - 1 : 0), record->cap_count);
+    record->rate_count = samples ? plan->settings.max_path_length : 0;
+    record->rates = samples ? split_copy(plan->rates, record->rate_count) : NULL;
+    return record->caps && (record->rates || !samples)
+               ? FAULT_NONE
+               : fault_set(fault, FAULT_MEMORY, "no memory for a unit's caps");
 }

@@ -71,10 +71,12 @@ struct plan {
     bool has_importance;
     double importance[IMPORTANCE_BLOCKS]; /* once the sketch is in */
     double *pilot_blocks;                 /* [pilot units][K][WORK_BLOCKS], as long */
-    uint64_t split_units;          /* with split: units for the choice of the caps, after the sketch's; else 0 */
-    uint64_t split_in, split_rays; /* of them in, and what they traced */
+    uint64_t split_units; /* with split: units for the choice of the caps, after the sketch's; else 0 */
+    uint64_t split_in;    /* of them in */
+    uint64_t split_rays[PATH_MAX_LENGTH]; /* what they traced for length k beyond k - 1, in [k - 1] */
     bool has_caps;
-    double caps[PATH_MAX_LENGTH]; /* of length k in [k - 1], once those units are in; infinite: no chains */
+    double caps[PATH_MAX_LENGTH];  /* of length k in [k - 1], once those units are in; infinite: no chains */
+    double rates[PATH_MAX_LENGTH]; /* how often samples go to length k, in [k - 1], likewise (chain/cutoff.h) */
     double split_samples;   /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
     uint64_t refine_handed; /* samples */
     plan_length_t *lengths; /* [max_path_length + 1]; see plan_first */
@@ -191,7 +193,7 @@ void plan_absorb_split(plan_t *plan, const work_record_t *record, const work_res
 /* After the pilot: lengths without chains. Then the shares of samples and lengths. */
 void plan_split_settle(plan_t *plan);
 void plan_split_shares(plan_t *plan);
-/* Gives the record a copy of the caps that it needs, if there are any. */
+/* Gives the record a copy of the caps and rates that it needs, if there are any. */
 fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *fault);
 
 /* plan_budget.c */
