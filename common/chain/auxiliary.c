@@ -33,10 +33,9 @@ static void auxiliary_move(chain_t *auxiliary, uint64_t key)
         kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, target->camera_count);
         kernel_draw(key, UNIT_DRAW_LIGHT, space->light, target->light_count);
     } else {
-        kernel_perturb(&renderer->kernel, key, UNIT_DRAW_CAMERA, auxiliary->camera, space->camera,
+        kernel_perturb(&space->kernel, key, UNIT_DRAW_CAMERA, auxiliary->camera, space->camera,
                        target->camera_count);
-        kernel_perturb(&renderer->kernel, key, UNIT_DRAW_LIGHT, auxiliary->light, space->light,
-                       target->light_count);
+        kernel_perturb(&space->kernel, key, UNIT_DRAW_LIGHT, auxiliary->light, space->light, target->light_count);
     }
     target_value_t value;
     target_eval(target, &space->path, s, space->camera, space->light, &value);

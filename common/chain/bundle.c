@@ -91,7 +91,7 @@ static void bundle_propose(bundle_t *bundle, uint64_t key, bool large)
         sampler.moments = space->moments;
         sampler_run(&sampler, key, -1);
     } else {
-        const kernel_t *kernel = &space->renderer->kernel;
+        const kernel_t *kernel = &space->kernel;
         kernel_perturb(kernel, key, UNIT_DRAW_CAMERA, bundle->camera, space->camera, bundle->camera_count);
         kernel_perturb(kernel, key, UNIT_DRAW_LIGHT, bundle->light, space->light, bundle->light_count);
         sampler_evaluate(&sampler, key);

@@ -11,6 +11,8 @@
  * Any but the last three may have an auxiliary chain beside each chain. Chains of all lengths at once: bundle.h.
  */
 
+#include <math.h>
+
 #include "chain/auxiliary.h"
 #include "chain/exchange.h"
 #include "chain/inverse_step.h"
@@ -24,7 +26,8 @@ typedef struct ensemble {
     uint32_t count;
     chain_t auxiliary;
     bool has_auxiliary;
-    target_t target; /* with the record's importance */
+    target_t target;   /* with the record's importance */
+    double large_step; /* probability */
 } ensemble_t;
 
 static void chain_step(chain_t *chain, ensemble_t *with, uint64_t step)
@@ -32,11 +35,11 @@ static void chain_step(chain_t *chain, ensemble_t *with, uint64_t step)
     const settings_t *settings = &chain->space->renderer->settings;
     const uint64_t key = random_step(chain->key, step);
     double choice = random_double(key, UNIT_DRAW_MOVE);
-    if (choice < settings->large_step) {
+    if (choice < with->large_step) {
         perturb_large(chain, key);
         return;
     }
-    choice -= settings->large_step;
+    choice -= with->large_step;
     if (with->has_auxiliary) {
         if (choice < settings->auxiliary_step) {
             auxiliary_step(chain, &with->auxiliary, key);
@@ -65,7 +68,7 @@ static void chain_step(chain_t *chain, ensemble_t *with, uint64_t step)
         inverse_step(chain, key);
         return;
     case SETTINGS_MMLT:
-        technique = (1 - settings->large_step) * settings->technique_step;
+        technique = (1 - with->large_step) * settings->technique_step;
         break;
     default:
         break;
@@ -80,6 +83,7 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
     ensemble->target = renderer->targets[record->length];
     ensemble->target.importance = unit_importance(space, record);
     ensemble->target.cap = unit_cap(record);
+    ensemble->large_step = ldexp(renderer->settings.large_step, record->large);
     ensemble->has_auxiliary = false;
     for (uint32_t i = 0; i < space->room_count; i++) {
         chain_t *chain = i < WORK_REPLICAS ? &ensemble->chains[i] : &ensemble->auxiliary;
@@ -128,19 +132,19 @@ static fault_code_t ensemble_run(ensemble_t *ensemble, const work_record_t *reco
     return FAULT_NONE;
 }
 
-fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
-                         work_result_t *result, fault_t *fault)
+fault_code_t unit_run_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                             unit_done_t done, void *context, work_result_t *result, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
-    if (settings_joins_all(settings->algorithm))
-        return unit_bundle(space, record, cancel, result, fault);
-    const uint32_t together = settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
+    const uint32_t together = unit_together(settings);
     ensemble_t ensemble;
     TRY(unit_film(space, fault));
     ensemble_open(&ensemble, space, record, result);
     for (uint64_t i = 0; i < record->count; i += together) {
         const uint64_t left = record->count - i;
         TRY(ensemble_run(&ensemble, record, i, left < together ? (uint32_t)left : together, cancel, fault));
+        if (done)
+            done(context);
     }
     result->moment_count = record->length + 2;
     for (uint32_t i = 0; i < result->moment_count; i++)
@@ -149,6 +153,15 @@ fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const
     result->stats.evaluations = record->mutations;
     if (settings->failures == SETTINGS_FAILURES_PUBLISHED)
         result->failed = space->failed;
+    return FAULT_NONE;
+}
+
+fault_code_t unit_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                         work_result_t *result, fault_t *fault)
+{
+    if (settings_joins_all(space->renderer->settings.algorithm))
+        return unit_bundle(space, record, cancel, result, fault);
+    TRY(unit_run_chains(space, record, cancel, NULL, NULL, result, fault));
     result->has_film = true;
     return FAULT_NONE;
 }

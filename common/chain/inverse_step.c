@@ -39,7 +39,7 @@ void inverse_step(chain_t *chain, uint64_t key)
     }
     const uint32_t camera = path_camera_dimensions(target->scene, target->length + 1 - s),
                    light = path_light_dimensions(s);
-    const kernel_t *kernel = &space->renderer->kernel;
+    const kernel_t *kernel = &space->kernel;
     kernel_perturb(kernel, key, UNIT_DRAW_CAMERA, camera_of_x, space->camera, camera);
     kernel_perturb(kernel, key, UNIT_DRAW_LIGHT, light_of_x, space->light, light);
     for (uint32_t i = camera; i < target->camera_count; i++)

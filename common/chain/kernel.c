@@ -75,11 +75,11 @@ void kernel_perturb(const kernel_t *kernel, uint64_t key, uint64_t first, const 
                                                                                  count);
 }
 
-kernel_t kernel_shortened(const kernel_t *kernel, double factor)
+kernel_t kernel_scaled(const kernel_t *kernel, double factor)
 {
-    kernel_t shorter = *kernel;
-    shorter.size *= factor;
-    return shorter;
+    kernel_t scaled = *kernel;
+    scaled.size = math_min(scaled.size * factor, 0.5);
+    return scaled;
 }
 
 static double kernel_distance(double a, double b)

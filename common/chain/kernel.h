@@ -22,8 +22,8 @@ typedef struct kernel {
 
 kernel_t kernel_of(const settings_t *settings);
 
-/* The same kernel with its steps shortened by a factor in (0,1]. */
-kernel_t kernel_shortened(const kernel_t *kernel, double factor);
+/* The same kernel with its steps, all of them, longer by a factor above 0: none is more than half a turn. */
+kernel_t kernel_scaled(const kernel_t *kernel, double factor);
 
 /* log of prod_i k(via_i - to_i) / k(via_i - from_i), k the kernel's density on the torus: how much likelier the
  * step from `to` to `via` is than the one from `from` to `via`, which it has made. -infinity where the kernel does

@@ -30,8 +30,7 @@ static bool proposal_walk_camera(chain_t *chain, const proposal_t *to)
     if (to->large)
         kernel_draw(to->key, UNIT_DRAW_CAMERA, space->camera, to->camera);
     else
-        kernel_perturb(&space->renderer->kernel, to->key, UNIT_DRAW_CAMERA, chain->camera, space->camera,
-                       to->camera);
+        kernel_perturb(&space->kernel, to->key, UNIT_DRAW_CAMERA, chain->camera, space->camera, to->camera);
     return target_walk_camera(chain->target, &space->path, to->s, space->camera);
 }
 
@@ -41,7 +40,7 @@ static bool proposal_walk_light(chain_t *chain, const proposal_t *to)
     if (to->large)
         kernel_draw(to->key, UNIT_DRAW_LIGHT, space->light, to->light);
     else
-        kernel_perturb(&space->renderer->kernel, to->key, UNIT_DRAW_LIGHT, chain->light, space->light, to->light);
+        kernel_perturb(&space->kernel, to->key, UNIT_DRAW_LIGHT, chain->light, space->light, to->light);
     return to->s == 0 || target_walk_light(chain->target, &space->path, to->s, space->light);
 }
 
@@ -100,7 +99,7 @@ static void perturb_second(chain_t *chain, uint64_t key, chain_streams_t first)
 {
     work_space_t *space = chain->space;
     const target_t *target = chain->target;
-    const kernel_t *kernel = &space->renderer->kernel, shorter = kernel_shortened(kernel, SECOND_STEP);
+    const kernel_t *kernel = &space->kernel, shorter = kernel_scaled(kernel, SECOND_STEP);
     const chain_streams_t stream = streams_draw(chain, random_step(key, UNIT_DRAW_SECOND), first);
     const bool camera = stream == CHAIN_CAMERA;
     const uint32_t count = camera ? path_camera_dimensions(target->scene, target->length + 1 - chain->s)

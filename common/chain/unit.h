@@ -24,6 +24,7 @@ struct work_space {
     const renderer_t *renderer;
     path_space_t path; /* the walks of the sample or proposal at hand */
     stamp_meter_t inversion;
+    kernel_t kernel;                                                /* of the unit at hand */
     double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS]; /* their numbers */
     chain_room_t *rooms;                                            /* for chains that run together */
     uint32_t room_count;
@@ -35,6 +36,7 @@ struct work_space {
     size_t weight_room;
     float *features;
     size_t feature_room;
+    double *tally; /* two numbers for each pixel, made when first needed */
 };
 
 /* One file each. They fill result's estimators, film and counts; the frame around them (work.c) does the rest. */
@@ -46,6 +48,18 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
                           work_result_t *result, fault_t *fault);
 fault_code_t unit_features(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                            work_result_t *result, fault_t *fault);
+
+fault_code_t unit_trial(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                        work_result_t *result, fault_t *fault);
+
+/* The chains of a unit, those that exchange together; `done` is called after each such run if it is not null. */
+typedef void (*unit_done_t)(void *context);
+fault_code_t unit_run_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                             unit_done_t done, void *context, work_result_t *result, fault_t *fault);
+static inline uint32_t unit_together(const settings_t *settings)
+{
+    return settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
+}
 
 fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                          work_result_t *result, fault_t *fault);

@@ -1,6 +1,7 @@
 #include "chain/work.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -149,6 +150,7 @@ void work_space_destroy(work_space_t **space)
     free((*space)->moments);
     free((*space)->weights);
     free((*space)->features);
+    free((*space)->tally);
     free(*space);
     *space = NULL;
 }
@@ -165,21 +167,22 @@ fault_code_t unit_film(work_space_t *space, fault_t *fault)
 static fault_code_t work_check(const work_space_t *space, const work_record_t *record, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
-    if (record->kind == WORK_CHAINS && !settings_is_chains(settings->algorithm))
+    if (work_runs_chains(record->kind) && !settings_is_chains(settings->algorithm))
         return fault_set(fault, FAULT_RANGE, "a unit of chains, which %s does not make",
                          settings_algorithm_name(settings->algorithm));
     const bool all = settings_joins_all(settings->algorithm);
-    if (record->kind == WORK_CHAINS && all && record->length != 0)
+    if (work_runs_chains(record->kind) && all && record->length != 0)
         return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 0: chains of %s are of all lengths",
                          record->length, settings_algorithm_name(settings->algorithm));
-    if (record->kind == WORK_CHAINS && !all && (record->length < 1 || record->length > settings->max_path_length))
+    if (work_runs_chains(record->kind) && !all &&
+        (record->length < 1 || record->length > settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "unit of length %u, expected 1 to %u", record->length,
                          settings->max_path_length);
-    if (record->kind == WORK_CHAINS && !all && space->renderer->targets[record->length].count == 0)
+    if (work_runs_chains(record->kind) && !all && space->renderer->targets[record->length].count == 0)
         return fault_set(fault, FAULT_RANGE, "chains of length %u, which no technique makes", record->length);
-    if (record->kind == WORK_CHAINS && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
+    if (work_runs_chains(record->kind) && settings_wants_shares(settings->algorithm) != (record->shares != NULL))
         return fault_set(fault, FAULT_RANGE, "shares of techniques: they do not go with the algorithm");
-    const uint32_t caps = record->kind == WORK_CHAINS ? 1 : settings->max_path_length;
+    const uint32_t caps = work_runs_chains(record->kind) ? 1 : settings->max_path_length;
     if (record->cap_count > 0 && (!(settings->split > 0) || record->cap_count != caps))
         return fault_set(fault, FAULT_RANGE, "a unit with %u caps, expected %s", record->cap_count,
                          settings->split > 0 ? "as many as path lengths, of chains one" : "none");
@@ -190,8 +193,11 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
                          settings->split > 0 ? "as many as path lengths" : "none");
     if (record->importance && !(settings->equalize > 0))
         return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
-    if (record->kind == WORK_CHAINS && settings->equalize > 0 && !record->importance)
+    if (work_runs_chains(record->kind) && settings->equalize > 0 && !record->importance)
         return fault_set(fault, FAULT_RANGE, "a unit of chains without importance, for a job with it");
+    if (record->kind == WORK_TRIAL && (all || record->count < 2 * unit_together(settings)))
+        return fault_set(fault, FAULT_RANGE, "a trial of %llu chains, expected %u or more of one length",
+                         (unsigned long long)record->count, 2 * unit_together(settings));
     if (record->kind == WORK_FEATURES &&
         (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",
@@ -233,7 +239,7 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
     static fault_code_t (*const units[WORK_KINDS])(work_space_t *, const work_record_t *, const atomic_bool *,
                                                    work_result_t *, fault_t *) = {
         [WORK_PILOT] = unit_pilot,       [WORK_CHAINS] = unit_chains, [WORK_SAMPLES] = unit_samples,
-        [WORK_FEATURES] = unit_features, [WORK_REFINE] = unit_refine,
+        [WORK_FEATURES] = unit_features, [WORK_REFINE] = unit_refine, [WORK_TRIAL] = unit_trial,
     };
     if (record->kind >= WORK_KINDS || !units[record->kind])
         return fault_set(fault, FAULT_RANGE, "unit of unknown kind %u", record->kind);
@@ -244,6 +250,7 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
     space->path.rays = space->path.shadow_rays = 0;
     memset(space->path.rejects, 0, sizeof space->path.rejects);
     memset(space->failed, 0, sizeof space->failed);
+    space->kernel = kernel_scaled(&space->renderer->kernel, exp2(record->steps));
     stamp_watch_t watch;
     stamp_begin(&space->inversion, &watch);
     stamp_begin(&space->path.tracing, &watch);

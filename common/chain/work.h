@@ -43,6 +43,7 @@ typedef enum work_kind {
     WORK_SAMPLES = 3,  /* independent pt or bdpt samples of all lengths */
     WORK_FEATURES = 4, /* albedo, normal and depth of pixel rows */
     WORK_REFINE = 5,   /* independent samples of all lengths for the estimates of b_k alone */
+    WORK_TRIAL = 6,    /* Markov chains as in WORK_CHAINS, for what they differ by alone (trial.c) */
     WORK_KINDS
 } work_kind_t;
 
@@ -51,8 +52,9 @@ enum {
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
     WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
-    WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
-    WORK_FAILED_SIDE = 8,      /* blocks along the image's sides in which failures are counted */
+    WORK_STEPS = 16,
+    WORK_REPLICAS = 8,    /* cmlt-rex: chains that exchange */
+    WORK_FAILED_SIDE = 8, /* blocks along the image's sides in which failures are counted */
     WORK_FAILED_BLOCKS = WORK_FAILED_SIDE * WORK_FAILED_SIDE,
     WORK_BLOCKS_SIDE = IMPORTANCE_SIDE, /* blocks in which the pilot adds up its light */
     WORK_BLOCKS = IMPORTANCE_BLOCKS
@@ -63,16 +65,19 @@ enum {
 #define WORK_PAIRS_FIRST (UINT64_C(1) << 41)
 
 typedef struct work_record {
-    uint32_t kind;      /* work_kind_t */
-    uint32_t length;    /* k: chains; 0: chains of all lengths at once (settings_joins_all), and all else */
-    uint64_t first;     /* pilot, refine, samples: index of the first sample; chains: id of the first chain;
-                           features: first row */
-    uint64_t count;     /* of candidates, samples, chains, or rows */
+    uint32_t kind;   /* work_kind_t */
+    uint32_t length; /* k: chains and trials; 0: chains of all lengths at once (settings_joins_all), and all else */
+    uint64_t first;  /* pilot, refine, samples: index of the first sample; chains: id of the first chain;
+                        features: first row */
+    uint64_t count;  /* of candidates, samples, chains, or rows */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
-    double scale;       /* samples: film value of a contribution of 1; else 0 */
-    uint64_t *seeds;    /* chains: the candidate each starts from, `count` of them; owned by the record */
-    double *shares; /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
-                       sum to one; else null; owned by the record */
+    int32_t steps; /* chains and trials: small steps are longer by two to this power, -WORK_STEPS .. WORK_STEPS */
+    int32_t large; /* likewise: large steps are as likely as the settings say times two to this power, <= 0 */
+    double scale;  /* samples: film value of a contribution of 1; trials: brightness of a splat of 1 of every chain,
+                      relative to what is seen around it; else 0 */
+    uint64_t *seeds; /* chains: the candidate each starts from, `count` of them; owned by the record */
+    double *shares;  /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
+                        sum to one; else null; owned by the record */
     double *importance;  /* all but features: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
     uint32_t cap_count;  /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
     double *caps;        /* split.h; null if there is none; owned by the record */
@@ -143,6 +148,7 @@ typedef struct work_result {
     double *weights;
     uint64_t *failed; /* chains with failures = published: proposals without contribution by block of the image,
                          WORK_FAILED_BLOCKS of them; else null */
+    double spread;    /* trial: how much the chains' films differ, see trial.c */
     bool has_film;    /* chains, samples */
     film_t film;
     uint32_t feature_rows, feature_width; /* features: WORK_FEATURE_CHANNELS floats a pixel */
@@ -153,6 +159,12 @@ typedef struct work_result {
 static inline size_t work_pilot_weights(uint64_t count, uint32_t max_path_length)
 {
     return (size_t)(count + WORK_BLOCKS + 1) * max_path_length;
+}
+
+/* Whether a unit runs chains. */
+static inline bool work_runs_chains(uint32_t kind)
+{
+    return kind == WORK_CHAINS || kind == WORK_TRIAL;
 }
 
 /* Index of moments[] where length k starts, in a result for all lengths. */

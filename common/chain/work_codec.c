@@ -1,12 +1,12 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
- * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32 0 or
- * length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and that many f64, u32 caps
- * and that many f64; for samples u32 rates and that many f64.
- * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
- * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot
- * packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd.
- * All little endian.
+ * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32
+ * steps, large, u32 0 or length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and
+ * that many f64, u32 caps and that many f64; for samples u32 rates and that many f64. Result: u32 version, kind,
+ * length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum, sum2); u32 0 or
+ * WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot packed doubles;
+ * chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little
+ * endian.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -44,10 +44,12 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_u64(out, record->count);
     wire_put_u64(out, record->mutations);
     wire_put_f64(out, record->scale);
-    for (uint64_t i = 0; record->kind == WORK_CHAINS && i < record->count; i++)
+    for (uint64_t i = 0; work_runs_chains(record->kind) && i < record->count; i++)
         wire_put_u64(out, record->seeds[i]);
-    if (record->kind == WORK_CHAINS) {
+    if (work_runs_chains(record->kind)) {
         const uint32_t shares = record->shares ? record->length + 1 : 0;
+        wire_put_u32(out, (uint32_t)record->steps);
+        wire_put_u32(out, (uint32_t)record->large);
         wire_put_u32(out, shares);
         for (uint32_t s = 0; s < shares; s++)
             wire_put_f64(out, record->shares[s]);
@@ -93,11 +95,9 @@ fault_code_t work_record_encode(const work_record_t *record, uint8_t **data, siz
 
 static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
 {
-    static const uint64_t most[WORK_KINDS] = {[WORK_PILOT] = WORK_MAX_CANDIDATES,
-                                              [WORK_CHAINS] = WORK_MAX_CHAINS,
-                                              [WORK_SAMPLES] = UINT64_C(1) << 40,
-                                              [WORK_FEATURES] = FILM_MAX_SIDE,
-                                              [WORK_REFINE] = UINT64_C(1) << 40};
+    static const uint64_t most[WORK_KINDS] = {
+        [WORK_PILOT] = WORK_MAX_CANDIDATES, [WORK_CHAINS] = WORK_MAX_CHAINS, [WORK_TRIAL] = WORK_MAX_CHAINS,
+        [WORK_SAMPLES] = UINT64_C(1) << 40, [WORK_FEATURES] = FILM_MAX_SIDE, [WORK_REFINE] = UINT64_C(1) << 40};
     if (in->code)
         return in->code;
     if (r->kind == 0 || r->kind >= WORK_KINDS)
@@ -107,14 +107,26 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
                                 (unsigned long long)most[r->kind]);
     if (r->first > UINT64_MAX / 2)
         return wire_reader_fail(in, FAULT_RANGE, "first", "%llu is beyond 2^63", (unsigned long long)r->first);
-    if (r->kind == WORK_CHAINS ? r->length > PATH_MAX_LENGTH : r->length != 0)
+    if (work_runs_chains(r->kind) ? r->length > PATH_MAX_LENGTH : r->length != 0)
         return wire_reader_fail(in, FAULT_RANGE, "length", "%u does not go with the kind", r->length);
-    if (r->kind == WORK_CHAINS ? r->mutations < r->count || r->mutations > UINT64_C(1) << 40 : r->mutations != 0)
+    if (work_runs_chains(r->kind) ? r->mutations < r->count || r->mutations > UINT64_C(1) << 40 : r->mutations != 0)
         return wire_reader_fail(in, FAULT_RANGE, "mutations", "%llu does not go with kind and count",
                                 (unsigned long long)r->mutations);
-    if (r->kind == WORK_SAMPLES ? !(r->scale > 0) || !isfinite(r->scale) : r->scale != 0)
+    if (r->kind == WORK_SAMPLES || r->kind == WORK_TRIAL ? !(r->scale > 0) || !isfinite(r->scale) : r->scale != 0)
         return wire_reader_fail(in, FAULT_RANGE, "scale", "%g does not go with the kind", r->scale);
     return FAULT_NONE;
+}
+
+static fault_code_t record_get_steps(wire_reader_t *in, work_record_t *record)
+{
+    record->steps = (int32_t)wire_get_u32(in, "steps");
+    record->large = (int32_t)wire_get_u32(in, "large");
+    if (!in->code && (record->steps < -WORK_STEPS || record->steps > WORK_STEPS))
+        return wire_reader_fail(in, FAULT_RANGE, "steps", "%d, expected %d to %d", record->steps, -WORK_STEPS,
+                                WORK_STEPS);
+    if (!in->code && (record->large < -WORK_STEPS || record->large > 0))
+        return wire_reader_fail(in, FAULT_RANGE, "large", "%d, expected %d to 0", record->large, -WORK_STEPS);
+    return in->code;
 }
 
 static fault_code_t record_get_shares(wire_reader_t *in, work_record_t *record, fault_t *fault)
@@ -161,7 +173,7 @@ static fault_code_t record_get_importance(wire_reader_t *in, work_record_t *reco
 
 static fault_code_t record_get_caps(wire_reader_t *in, work_record_t *record, fault_t *fault)
 {
-    const uint32_t count = wire_get_u32(in, "caps"), most = record->kind == WORK_CHAINS ? 1 : PATH_MAX_LENGTH;
+    const uint32_t count = wire_get_u32(in, "caps"), most = work_runs_chains(record->kind) ? 1 : PATH_MAX_LENGTH;
     if (in->code || count == 0)
         return in->code;
     if (count > most)
@@ -216,7 +228,7 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
     record->mutations = wire_get_u64(&in, "mutations");
     record->scale = wire_get_f64(&in, "scale");
     TRY(record_check(&in, record));
-    if (record->kind == WORK_CHAINS) {
+    if (work_runs_chains(record->kind)) {
         const uint8_t *seeds = wire_get_raw(&in, "seeds", 8 * record->count);
         if (!seeds)
             return in.code;
@@ -225,7 +237,9 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
             return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its seeds");
         memcpy(record->seeds, seeds, 8 * record->count);
     }
-    fault_code_t code = record->kind == WORK_CHAINS ? record_get_shares(&in, record, fault) : FAULT_NONE;
+    fault_code_t code = work_runs_chains(record->kind) ? record_get_steps(&in, record) : FAULT_NONE;
+    if (!code && work_runs_chains(record->kind))
+        code = record_get_shares(&in, record, fault);
     if (!code && record_has_importance(record->kind))
         code = record_get_importance(&in, record, fault);
     if (!code && record_has_importance(record->kind))
@@ -310,6 +324,8 @@ fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, siz
         TRY(pack(result->features,
                  sizeof *result->features * WORK_FEATURE_CHANNELS * result->feature_rows * result->feature_width,
                  &parts.packed, &parts.packed_size, fault));
+    else if (result->kind == WORK_TRIAL)
+        TRY(pack(&result->spread, sizeof result->spread, &parts.packed, &parts.packed_size, fault));
     else if (result->has_film)
         TRY(film_encode(&result->film, &parts.packed, &parts.packed_size, fault));
     const fault_code_t code = codec_encode(result_put, &parts, "unit result", data, size, fault);
@@ -389,9 +405,9 @@ static fault_code_t result_check_counts(wire_reader_t *in, const work_result_t *
     if (result->stats.zero_proposals > record->mutations)
         return wire_reader_fail(in, FAULT_RANGE, "zero_proposals", "more than the %llu mutations of the unit",
                                 (unsigned long long)record->mutations);
-    const uint64_t n = record->kind == WORK_CHAINS ? proposed[WORK_MOVE_LARGE] : record->count;
+    const uint64_t n = work_runs_chains(record->kind) ? proposed[WORK_MOVE_LARGE] : record->count;
     for (uint32_t i = 0; i < result->moment_count; i++)
-        if (result->moments[i].n != (double)n && !(record->kind == WORK_CHAINS && result->moments[i].n == 0 &&
+        if (result->moments[i].n != (double)n && !(work_runs_chains(record->kind) && result->moments[i].n == 0 &&
                                                    result->moments[i].sum == 0 && result->moments[i].sum2 == 0))
             return wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u is of %g values, expected %llu", i,
                                     result->moments[i].n, (unsigned long long)n);
@@ -426,7 +442,7 @@ static fault_code_t result_get_stuck(wire_reader_t *in, work_result_t *result, c
 {
     stuck_t *stuck = &result->stuck;
     TRY(stuck_get(in, stuck, max_path_length));
-    if (stuck->rejections > (record->kind == WORK_CHAINS && record->length > 0 ? record->mutations : 0))
+    if (stuck->rejections > (work_runs_chains(record->kind) && record->length > 0 ? record->mutations : 0))
         return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations",
                                 (unsigned long long)stuck->rejections, (unsigned long long)record->mutations);
     for (uint32_t i = 0; i < stuck->count; i++)
@@ -481,6 +497,15 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
                 return wire_reader_fail(in, FAULT_RANGE, "body", "feature %zu is not finite", i);
         return FAULT_NONE;
     }
+    if (record->kind == WORK_TRIAL) {
+        void *spread;
+        TRY(unpack(in, packed, packed_size, sizeof result->spread, &spread, fault));
+        memcpy(&result->spread, spread, sizeof result->spread);
+        free(spread);
+        return result->spread >= 0 && isfinite(result->spread)
+                   ? FAULT_NONE
+                   : wire_reader_fail(in, FAULT_RANGE, "body", "spread %g, expected 0 or more", result->spread);
+    }
     if (record->kind == WORK_REFINE)
         return packed_size == 0 ? FAULT_NONE : wire_reader_fail(in, FAULT_FORMAT, "body", "is not empty");
     TRY(film_init(&result->film, width, height, fault));
@@ -504,7 +529,7 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
                                 result->kind, result->length, record->kind, record->length);
     result_get_stats(&in, &result->stats);
     const uint32_t moments = record->kind == WORK_FEATURES ? 0
-                             : record->kind == WORK_CHAINS && record->length > 0
+                             : work_runs_chains(record->kind) && record->length > 0
                                  ? record->length + 2
                                  : work_samples_moment(max_path_length + 1);
     fault_code_t code = result_get_moments(&in, result, moments, fault);

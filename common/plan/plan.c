@@ -78,6 +78,7 @@ void plan_destroy(plan_t **out)
     free(plan->units);
     free(plan->pilot_moments);
     free(plan->pilot_blocks);
+    free(plan->trials);
     free(plan->lengths);
     free(plan->squares);
     free(plan->strata);
@@ -106,6 +107,10 @@ bool plan_generate(plan_t *plan)
         if (plan_pilot_record(plan, plan->pilot_next, &unit->record))
             return false;
         plan->pilot_next++;
+    } else if (plan->trial_next < plan->trial_units) {
+        if (!plan_trial_record(plan, plan->trial_next, &unit->record))
+            return false;
+        plan->trial_next++;
     } else if (plan->phase != PLAN_RENDER || !plan_render_record(plan, &unit->record)) {
         return false;
     }
@@ -324,6 +329,7 @@ static void pilot_finish_needs(plan_t *plan)
     plan->pilot_blocks = NULL;
 }
 
+/* With the last candidate: b_k and seeds are known, and how much is to be tried. */
 static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
 {
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
@@ -331,21 +337,27 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
     plan_split_settle(plan);
     pilot_finish_seeds(plan);
     pilot_finish_needs(plan);
-    plan->phase = PLAN_RENDER;
-    plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
-    plan->error_next = plan->in + 16;
-    const fault_code_t code = plan_size_render(plan, fault);
-    if (code) {
-        plan->stopped = true;
-        return code;
-    }
+    plan->has_candidates = true;
+    plan->stopped = true; /* unless there is light, and memory */
+    TRY(plan_find_light(plan, fault));
+    TRY(plan_prepare_trials(plan, fault));
     const uint32_t count = work_samples_moment(plan->settings.max_path_length + 1);
     for (uint64_t i = 0; i < plan->candidates / plan->pilot_unit; i++)
         absorb_all_moments(plan, plan->pilot_moments + i * count);
     free(plan->pilot_moments);
     plan->pilot_moments = NULL;
     plan_freeze_techniques(plan);
+    plan->stopped = false;
     return FAULT_NONE;
+}
+
+static void plan_begin_render(plan_t *plan)
+{
+    plan_finish_trials(plan);
+    plan_size_render(plan);
+    plan->phase = PLAN_RENDER;
+    plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
+    plan->error_next = plan->in + 16;
 }
 
 fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
@@ -379,6 +391,9 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     case WORK_CHAINS:
         code = absorb_chains(plan, record, &result, fault);
         break;
+    case WORK_TRIAL:
+        plan_absorb_trial(plan, unit - plan->pilot_units, record, &result);
+        break;
     default:
         code = absorb_samples(plan, record, &result, fault);
     }
@@ -391,8 +406,10 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     }
     work_result_clear(&result);
     TRY(code);
-    if (plan->phase == PLAN_PILOT && plan->in == plan->pilot_units)
-        return plan_finish_pilot(plan, fault);
+    if (!plan->has_candidates && plan->in == plan->pilot_units)
+        TRY(plan_finish_pilot(plan, fault));
+    if (plan->has_candidates && plan->phase == PLAN_PILOT && plan->trial_in == plan->trial_units)
+        plan_begin_render(plan);
     return FAULT_NONE;
 }
 

@@ -18,7 +18,6 @@ enum {
     UNITS_LEAST = 16,                        /* a length, so that its variance can be estimated */
     SPLIT_LEAST = 4 * PLAN_SAMPLE_MUTATIONS, /* mutations a pixel for samples beside chains: a few passes of them */
     UNITS_TIMED = 64,                        /* that a rule of seconds leaves room for on one slow worker */
-    USUAL_RATE = 1000000,                    /* mutations a second of one worker, about */
     FEATURE_RAYS = 1 << 17                   /* a unit */
 };
 
@@ -44,7 +43,7 @@ static bool budget_is_ample(const plan_t *plan)
     const job_stop_t *stop = &plan->job.stop;
     const double least = SPLIT_LEAST * (double)plan->pixels;
     return (plan->mutations_total == 0 || plan->mutations_total >= least) &&
-           (stop->seconds == 0 || stop->seconds * USUAL_RATE >= least);
+           (stop->seconds == 0 || stop->seconds * PLAN_USUAL_RATE >= least);
 }
 
 void plan_size_pilot(plan_t *plan)
@@ -116,21 +115,22 @@ bool plan_pilot_waits(const plan_t *plan)
            (plan->pilot_next == candidates && plan->split_units > 0 && !plan->has_caps);
 }
 
-/* What a mutation of length k costs, in units that do not matter: each walk is half a path in the mean. Not
- * measured, as the list of units must not depend on clocks. */
-static double budget_cost(uint32_t k)
+/* Each walk is half a path in the mean: measured on the scenes of docs/benchmarks.md, 0.3 to 0.5 (k + 2). Times are
+ * not measured, as the list of units must not depend on clocks. */
+double plan_usual_cost(uint32_t k)
 {
-    return 2 + (double)k;
+    return 0.4 * (2 + (double)k);
 }
 
 /* Shares of the mutations. A pixel's variance by length k is about b_k I_k / N_k, relative to the pixel's square as
  * the error is: sum_k b_k need_k / N_k. At a fixed cost sum_k c_k N_k the least is where N_k is in proportion to
  * sqrt(b_k need_k / c_k). That is a coarse image's word, and knows nothing of how mutations of a length hang
- * together: a part of the shares goes by energy, and no length that carries light gets less than half a percent. */
-static void budget_shares(plan_t *plan)
+ * together, which trials do (plan_trial.c): with them b_k^2 q_k is in the place of b_k need_k. A part of the shares
+ * goes by energy, and no length that carries light gets less than half a percent. */
+void plan_shares(plan_t *plan)
 {
     const double least = 0.005, by_energy = 0.1;
-    double sum = 0, needs = 0;
+    double sum = 0, needs = 0, need[PATH_MAX_VERTICES] = {0};
     if (plan_is_whole(plan)) {
         plan->lengths[0].share = 1;
         return;
@@ -139,12 +139,15 @@ static void budget_shares(plan_t *plan)
         plan_split_shares(plan);
         return;
     }
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
-        needs += sqrt(plan->lengths[k].b * plan->lengths[k].need / budget_cost(k));
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        const double variance = length->b * length->need * (length->trials > 0 ? length->inefficiency : 1);
+        needs += need[k] = sqrt(variance / length->cost);
+    }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
-        const double need = needs > 0 ? sqrt(length->b * length->need / budget_cost(k)) / needs : 0;
-        length->share = length->b > 0 ? fmax(by_energy * length->b / plan->b + (1 - by_energy) * need, least) : 0;
+        const double own = needs > 0 ? need[k] / needs : 0;
+        length->share = length->b > 0 ? fmax(by_energy * length->b / plan->b + (1 - by_energy) * own, least) : 0;
         sum += length->share;
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -205,13 +208,18 @@ static uint64_t budget_samples(const plan_t *plan, uint64_t budget)
     return plan->pixels * at_least(at_most(usual, passes / UNITS_LEAST), 1);
 }
 
+uint64_t plan_chain_length(const plan_t *plan)
+{
+    return plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
+}
+
 static void budget_units(plan_t *plan)
 {
     uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
     const double seconds = plan->job.stop.seconds;
     if (seconds > 0 && seconds < 1e6) /* a short render is cut finer: for its error, and to end in time */
-        usual = at_most(usual, at_least((uint64_t)(seconds * USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
-    const uint64_t chain = plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
+        usual = at_most(usual, at_least((uint64_t)(seconds * PLAN_USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
+    const uint64_t chain = plan_chain_length(plan);
     if (plan_is_whole(plan)) /* as long in time */
         usual = at_least(usual / PLAN_SAMPLE_MUTATIONS, UNIT_LEAST);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
@@ -232,7 +240,7 @@ static void budget_units(plan_t *plan)
     }
 }
 
-fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
+fault_code_t plan_find_light(plan_t *plan, fault_t *fault)
 {
     plan->b = 0;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
@@ -243,13 +251,21 @@ fault_code_t plan_size_render(plan_t *plan, fault_t *fault)
             "no light reaches the camera: none of %llu candidates carries any, over path lengths 1 to %u",
             (unsigned long long)plan->candidates, plan->settings.max_path_length);
     plan->scale = exp2(-rint(log2(plan->b)));
-    budget_shares(plan);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan->lengths[k].inefficiency = plan->settings.split;
+        plan->lengths[k].cost = plan_usual_cost(k);
+    }
+    return FAULT_NONE;
+}
+
+void plan_size_render(plan_t *plan)
+{
+    plan_shares(plan);
     budget_total(plan);
     budget_units(plan);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
         if (plan->lengths[k].share > 0)
             plan->weight_max = fmax(plan->weight_max, plan_weight(plan, k));
-    return FAULT_NONE;
 }
 
 /* Where a technique's energy is small its share is not quite: what it alone can change would wait for too long. */
@@ -315,6 +331,31 @@ static bool refine_record(plan_t *plan, work_record_t *record)
     return true;
 }
 
+bool plan_chains_record(const plan_t *plan, work_kind_t kind, uint32_t k, uint64_t first, uint64_t chains,
+                        uint64_t mutations, plan_steps_t steps, work_record_t *record)
+{
+    const bool shares = settings_wants_shares(plan->settings.algorithm);
+    *record = (work_record_t){.kind = kind,
+                              .length = k,
+                              .first = first,
+                              .count = chains,
+                              .mutations = mutations,
+                              .steps = steps.steps,
+                              .large = steps.large,
+                              .seeds = malloc(sizeof(uint64_t) * chains),
+                              .shares = shares ? malloc(sizeof(double) * (k + 1)) : NULL};
+    if (!record->seeds || (shares && !record->shares) || plan_set_importance(plan, record, NULL) ||
+        plan_set_caps(plan, record, NULL)) {
+        work_record_clear(record);
+        return false;
+    }
+    if (shares)
+        memcpy(record->shares, plan->lengths[k].techniques, sizeof(double) * (k + 1));
+    for (uint64_t i = 0; i < chains; i++)
+        record->seeds[i] = plan_seed(plan, k, first + i);
+    return true;
+}
+
 bool plan_render_record(plan_t *plan, work_record_t *record)
 {
     *record = (work_record_t){0};
@@ -334,26 +375,8 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
         }
     } else {
         const uint64_t chains = at_most(length->unit_chains, count);
-        *record = (work_record_t){.kind = WORK_CHAINS,
-                                  .length = k,
-                                  .first = length->chains,
-                                  .count = chains,
-                                  .mutations = count,
-                                  .seeds = malloc(sizeof(uint64_t) * chains)};
-        if (!record->seeds || plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
-            work_record_clear(record);
+        if (!plan_chains_record(plan, WORK_CHAINS, k, length->chains, chains, count, length->steps, record))
             return false;
-        }
-        if (settings_wants_shares(plan->settings.algorithm)) {
-            record->shares = malloc(sizeof(double) * (k + 1));
-            if (!record->shares) {
-                work_record_clear(record);
-                return false;
-            }
-            memcpy(record->shares, length->techniques, sizeof(double) * (k + 1));
-        }
-        for (uint64_t i = 0; i < chains; i++)
-            record->seeds[i] = plan_seed(plan, k, length->chains + i);
         length->chains += chains;
     }
     length->handed += count;

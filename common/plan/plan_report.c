@@ -102,6 +102,12 @@ static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, u
     }
     json_add_number(object, "relmse", plan->lengths[k].merged > 0 ? estimate->lengths[k] : NAN);
     json_add_number(object, "share", plan->lengths[k].share);
+    if (plan->lengths[k].trials > 0) {
+        json_add_number(object, "inefficiency", plan->lengths[k].inefficiency);
+        json_add_number(object, "rays", plan->lengths[k].cost);
+        json_add_number(object, "steps", ldexp(1, plan->lengths[k].steps.steps));
+        json_add_number(object, "large_step", ldexp(plan->settings.large_step, plan->lengths[k].steps.large));
+    }
     report_chains(plan, &plan->lengths[k], object);
     return object;
 }
@@ -234,6 +240,7 @@ json_t *plan_report(const plan_t *plan)
         json_add(root, "stuck", plan_stuck_json(plan));
     json_t *pilot = json_new_object();
     json_add_number(pilot, "candidates", (double)plan->candidates);
+    json_add_number(pilot, "trial_chains", (double)plan->trial_units);
     json_add_number(pilot, "refining_samples", (double)plan->refine_handed);
     json_add(root, "pilot", pilot);
     json_add(root, "rejected", report_rejects(plan));

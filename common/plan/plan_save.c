@@ -1,9 +1,9 @@
 /* plan_save.c: a plan's sums as bytes, and back. The list of units is not stored: it is a function of job, scene
  * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
- * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase; u8 per unit; totals; then per length
- * its sums, candidates and film; squares, of pixels and (chains) of blocks; features; groups, history and stuck
- * chains. Large arrays are packed (u32 size, zstd).
+ * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
+ * totals; then per length its sums, candidates and film; squares, of pixels and (chains) of blocks; features;
+ * groups, history, stuck chains and trials. Large arrays are packed (u32 size, zstd).
  */
 #include <stdlib.h>
 #include <string.h>
@@ -151,7 +151,7 @@ static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
 {
     const plan_length_t *length = &plan->lengths[k];
     double b = length->b;
-    if (plan->phase != PLAN_RENDER)
+    if (!plan->has_candidates)
         b = 0;
     else if (plan_has_seeds(plan, k))
         b = length->weights[plan->candidates - 1] / (double)plan->candidates;
@@ -312,6 +312,37 @@ static fault_code_t get_history(wire_reader_t *in, plan_history_t *history)
     return in->code;
 }
 
+static void put_trials(wire_writer_t *out, const plan_t *plan)
+{
+    wire_put_u64(out, plan->trial_units);
+    for (uint64_t i = 0; i < plan->trial_units; i++) {
+        wire_put_f64(out, plan->trials[i].spread);
+        wire_put_f64(out, plan->trials[i].rays);
+    }
+}
+
+/* How many there are follows from the candidates. */
+static fault_code_t get_trials(wire_reader_t *in, plan_t *plan, fault_t *fault)
+{
+    if (plan->has_candidates) {
+        TRY(plan_find_light(plan, fault));
+        TRY(plan_prepare_trials(plan, fault));
+    }
+    const uint64_t count = wire_get_u64(in, "trials");
+    if (!in->code && count != plan->trial_units)
+        return wire_reader_fail(in, FAULT_FORMAT, "trials", "%llu, expected %llu", (unsigned long long)count,
+                                (unsigned long long)plan->trial_units);
+    for (uint64_t i = 0; i < plan->trial_units && !in->code; i++) {
+        plan_trial_t *trial = &plan->trials[i];
+        trial->spread = wire_get_f64(in, "trials");
+        trial->rays = wire_get_f64(in, "trials");
+        if (!in->code && (!(trial->spread >= 0 && trial->rays >= 0) || !isfinite(trial->spread + trial->rays)))
+            return wire_reader_fail(in, FAULT_RANGE, "trials", "%llu is negative or not finite",
+                                    (unsigned long long)i);
+    }
+    return in->code;
+}
+
 /* ---- saving ---- */
 
 typedef struct save_parts {
@@ -326,7 +357,7 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
     wire_put_u32(out, PLAN_SAVE_VERSION);
     wire_put_u64(out, plan->unit_count);
     wire_put_u64(out, plan->pilot_units);
-    wire_put_u8(out, plan->phase != PLAN_PILOT);
+    wire_put_u8(out, (uint8_t)(plan->has_candidates + (plan->phase != PLAN_PILOT)));
     for (uint64_t i = 0; i < plan->unit_count; i++)
         wire_put_u8(out, plan->units[i].state);
     put_totals(out, plan);
@@ -344,6 +375,7 @@ static void put_plan(wire_writer_t *out, const save_parts_t *parts)
         wire_put_bytes(out, "groups", parts->groups[i].data, parts->groups[i].size, UINT32_MAX);
     put_history(out, &plan->history);
     stuck_put(out, &plan->stuck);
+    put_trials(out, plan);
 }
 
 /* Octets of the pilot units' coarse images. */
@@ -438,7 +470,7 @@ fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t
 
 static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
 {
-    if (plan->phase == PLAN_RENDER) {
+    if (plan->has_candidates) {
         free(plan->pilot_moments);
         free(plan->pilot_blocks);
         plan->pilot_moments = NULL;
@@ -479,13 +511,13 @@ static fault_code_t load_groups(plan_t *plan, wire_reader_t *in)
 
 static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
 {
-    const bool render = plan->phase == PLAN_RENDER;
+    const bool sums = plan->has_candidates;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
         get_length(in, length, k);
         if (in->code)
             return in->code;
-        if (render && !plan_has_seeds(plan, k)) {
+        if (sums && !plan_has_seeds(plan, k)) {
             free(length->weights);
             length->weights = NULL;
         }
@@ -494,8 +526,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         else
             wire_get_bytes(in, "weights", 0, &(size_t){0});
         for (uint64_t i = 0; length->weights && i < plan->candidates; i++)
-            if (!(length->weights[i] >= (render && i ? length->weights[i - 1] : 0)) ||
-                !isfinite(length->weights[i]))
+            if (!(length->weights[i] >= (sums && i ? length->weights[i - 1] : 0)) || !isfinite(length->weights[i]))
                 return wire_reader_fail(in, FAULT_RANGE, "weights", "candidate %llu", (unsigned long long)i);
         TRY(check_b(plan, in, k));
         size_t size = 0;
@@ -525,6 +556,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     TRY(get_history(in, &plan->history));
     TRY(stuck_get(in, &plan->stuck, plan->settings.max_path_length));
     TRY(plan_stuck_check(plan, in));
+    TRY(get_trials(in, plan, fault));
     plan_predict(plan);
     return wire_reader_end(in);
 }
@@ -546,12 +578,15 @@ static void load_count(load_counts_t *counts, const work_record_t *record)
 static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count)
 {
     load_counts_t counts = {{0}, {0}};
+    const uint64_t trials = plan->pilot_units + plan->trial_units, whole = plan->phase == PLAN_RENDER ? trials
+                                                                           : plan->has_candidates
+                                                                               ? plan->pilot_units
+                                                                               : 0;
     for (uint64_t i = 0; i < count; i++) {
         if (!plan_generate(plan))
             return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu, but the job has only %llu",
                                     (unsigned long long)count, (unsigned long long)i);
-        if (states[i] > PLAN_UNIT_IN ||
-            (plan->phase == PLAN_RENDER && i < plan->pilot_units && states[i] != PLAN_UNIT_IN))
+        if (states[i] > PLAN_UNIT_IN || (i < whole && states[i] != PLAN_UNIT_IN))
             return wire_reader_fail(in, FAULT_FORMAT, "units", "unit %llu has state %u", (unsigned long long)i,
                                     states[i]);
         plan->units[i].state = states[i];
@@ -572,8 +607,12 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
     if (plan->split_units > 0 && plan->has_caps != (plan->split_in == plan->split_units))
         return wire_reader_fail(in, FAULT_FORMAT, "caps", "do not go with %llu of %llu units",
                                 (unsigned long long)plan->split_in, (unsigned long long)plan->split_units);
+    for (uint64_t i = plan->pilot_units; i < count && i < trials; i++)
+        plan->trial_in += states[i] == PLAN_UNIT_IN;
     plan->resume = 0;
-    if ((plan->phase == PLAN_RENDER ? count < plan->pilot_units : plan->in == plan->pilot_units))
+    const uint64_t next =
+        plan->has_candidates ? trials : plan->pilot_units; /* units in with which the phase ends */
+    if (count < whole || (plan->phase == PLAN_PILOT && plan->in == next))
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",
                                 (unsigned long long)plan->in);
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
@@ -591,10 +630,10 @@ static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
     if (!in->code && version != PLAN_SAVE_VERSION)
         return wire_reader_fail(in, FAULT_VERSION, "version", "%u, expected %d", version, PLAN_SAVE_VERSION);
     const uint64_t count = wire_get_u64(in, "units"), pilot = wire_get_u64(in, "pilot units");
-    const uint8_t render = wire_get_u8(in, "phase");
+    const uint8_t phase = wire_get_u8(in, "phase");
     if (in->code)
         return in->code;
-    if (pilot != plan->pilot_units || count > in->size || render > 1)
+    if (pilot != plan->pilot_units || count > in->size || phase > 2)
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu with %llu pilot units, expected %llu of them",
                                 (unsigned long long)count, (unsigned long long)pilot,
                                 (unsigned long long)plan->pilot_units);
@@ -607,10 +646,13 @@ static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
                        plan->pilot_cpu_seconds <= plan->totals.cpu_seconds))
         return wire_reader_fail(in, FAULT_RANGE, "seconds", "%g, of pilot %g, of processors %g", plan->seconds,
                                 plan->pilot_cpu_seconds, plan->totals.cpu_seconds);
-    plan->phase = render ? PLAN_RENDER : PLAN_PILOT;
+    plan->has_candidates = phase > 0;
+    plan->phase = phase > 1 ? PLAN_RENDER : PLAN_PILOT;
     TRY(load_arrays(plan, in, fault));
-    if (render)
-        TRY(plan_size_render(plan, fault));
+    if (plan->phase == PLAN_RENDER) {
+        plan_finish_trials(plan);
+        plan_size_render(plan);
+    }
     return load_units(plan, in, states, count);
 }
 

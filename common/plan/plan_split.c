@@ -37,8 +37,6 @@ enum {
     SPLIT_GRID = 64, /* values of lambda */
     SPLIT_SEEDS = 4  /* candidates above the cap that a length's chains need at least */
 };
-/* Rays of a mutation of length k over k + 2: measured on the scenes of docs/benchmarks.md, 0.3 to 0.5. */
-static const double SPLIT_RAYS = 0.4;
 
 uint64_t plan_split_size(const plan_t *plan, uint64_t units)
 {
@@ -55,11 +53,6 @@ void plan_split_record(const plan_t *plan, uint64_t index, work_record_t *record
 bool plan_is_split(const work_record_t *record)
 {
     return record->kind == WORK_PILOT && record->first >= SPLIT_FIRST;
-}
-
-static double split_mutation(uint32_t k)
-{
-    return SPLIT_RAYS * (2 + (double)k);
 }
 
 /* The batch's sums of sample i of length k, as absorb_pilot keeps weights. */
@@ -106,7 +99,7 @@ static split_choice_t split_try(const plan_t *plan, const double *ratios, double
     for (uint32_t k = 1; k <= K; k++) {
         parts[k - 1] = (sums.squares[k] - sums.squares[k + 1]) / (double)n;
         costs[k - 1] = (double)plan->split_rays[k - 1] / (double)n;
-        chains += sqrt(split_mutation(k) * plan->settings.split) * sums.excess[k] / (double)n;
+        chains += sqrt(plan_usual_cost(k) * plan->settings.split) * sums.excess[k] / (double)n;
     }
     const plan_rates_figures_t sample = plan_rates_best(parts, costs, K, choice.rates);
     choice.deviation = sqrt(sample.variance * sample.cost) + chains;
@@ -144,7 +137,7 @@ static void split_finish(plan_t *plan)
     const uint32_t K = plan->settings.max_path_length;
     double ratios[PATH_MAX_VERTICES] = {0};
     for (uint32_t k = 1; k <= K; k++)
-        ratios[k] = sqrt(split_mutation(k) * plan->settings.split);
+        ratios[k] = sqrt(plan_usual_cost(k) * plan->settings.split);
     split_choice_t best = split_search(plan, ratios);
     for (uint32_t k = 1; k <= K; k++)
         ratios[k] *= best.rates[k - 1];
@@ -192,8 +185,7 @@ void plan_split_shares(plan_t *plan)
     plan->lengths[0].share = plan->split_samples * PLAN_SAMPLE_MUTATIONS;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
-        length->share =
-            plan->caps[k - 1] < INFINITY ? length->b * sqrt(plan->settings.split / split_mutation(k)) : 0;
+        length->share = plan->caps[k - 1] < INFINITY ? length->b * sqrt(length->inefficiency / length->cost) : 0;
         sum += length->share;
     }
     double all = plan->lengths[0].share;
@@ -219,7 +211,7 @@ fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *f
 {
     if (!plan->has_caps)
         return FAULT_NONE;
-    const bool chains = record->kind == WORK_CHAINS, samples = record->kind == WORK_SAMPLES;
+    const bool chains = work_runs_chains(record->kind), samples = record->kind == WORK_SAMPLES;
     record->cap_count = chains ? 1 : plan->settings.max_path_length;
     record->caps = split_copy(plan->caps + (chains ? record->length - 1 : 0), record->cap_count);
     record->rate_count = samples ? plan->settings.max_path_length : 0;

@@ -12,6 +12,20 @@
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
 enum { PLAN_SAMPLE_MUTATIONS = 10 };
 
+/* Mutations a second of one worker, about: where a rule says seconds. */
+enum { PLAN_USUAL_RATE = 1000000 };
+
+/* How the chains of a length step: powers of two, as in work_record_t. */
+typedef struct plan_steps {
+    int32_t steps, large;
+} plan_steps_t;
+
+/* What a trial told (plan_trial.c), of one of its chains. */
+typedef struct plan_trial {
+    double spread; /* of what they add to the image (chain/trial.c) */
+    double rays;
+} plan_trial_t;
+
 typedef enum plan_unit_state { PLAN_UNIT_OUT = 0, PLAN_UNIT_IN = 1 } plan_unit_state_t;
 
 typedef struct plan_unit {
@@ -33,8 +47,12 @@ typedef struct plan_length {
     double b;        /* the pilot's estimate of what chains follow */
     double light;    /* and of all light of the length, without importance and cap */
     double need; /* mean over the image's blocks of I_k m / (I^2 + 0.01 m^2): how much the error is in its pixels */
-    double share;                         /* of the mutations; 0: nothing to render */
-    double techniques[PATH_MAX_VERTICES]; /* their shares of b by the pilot, for algorithms that want them */
+    double inefficiency; /* mutations that do what one independent draw would do; guessed, or by trials */
+    double cost;         /* rays of a mutation, likewise */
+    uint32_t trials, trial_options, option; /* chains that are tried, with so many kinds of steps; the one taken */
+    plan_steps_t steps;                     /* what it is */
+    double share;                           /* of the mutations; 0: nothing to render */
+    double techniques[PATH_MAX_VERTICES];   /* their shares of b by the pilot, for algorithms that want them */
     /* rendering */
     uint64_t budget; /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
     uint64_t unit_mutations, unit_chains;
@@ -66,6 +84,10 @@ struct plan {
     uint64_t pilot_next;               /* units of the first phase generated so far */
     uint64_t candidates;               /* of the pilot */
     uint32_t pilot_unit, feature_rows; /* candidates and rows a unit */
+    bool has_candidates;               /* they are all in: b_k and seeds are known */
+    uint64_t trial_units, trial_next, trial_in; /* units of trials, after the pilot's: in all, generated, in */
+    uint64_t trial_mutations;                   /* of each of their chains */
+    plan_trial_t *trials;                       /* [trial_units] */
     work_moments_t *pilot_moments; /* of each pilot unit, until all are in: sums need their unit, plan->b, first */
     uint64_t sketch_in;            /* of them in */
     bool has_importance;
@@ -203,12 +225,33 @@ void plan_size_pilot(plan_t *plan);
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
 /* Whether the next of them waits for those before it to come in. */
 bool plan_pilot_waits(const plan_t *plan);
-/* After the pilot: shares, unit sizes, scales. FAULT_NO_LIGHT if nothing was found. */
-fault_code_t plan_size_render(plan_t *plan, fault_t *fault);
+/* With the candidates in: b and what goes with it. FAULT_NO_LIGHT if nothing was found. */
+fault_code_t plan_find_light(plan_t *plan, fault_t *fault);
+/* After pilot and trials: shares, unit sizes. */
+void plan_size_render(plan_t *plan);
 /* After the pilot's sums are in: shares of the techniques. */
 void plan_freeze_techniques(plan_t *plan);
 /* The next unit of the rendering phase; false if the budget is spent or memory is. */
 bool plan_render_record(plan_t *plan, work_record_t *record);
+
+/* Mutations that a chain makes. */
+uint64_t plan_chain_length(const plan_t *plan);
+/* Sets the shares by what is known of inefficiencies and costs. */
+void plan_shares(plan_t *plan);
+/* Rays of a mutation of length k, about. */
+double plan_usual_cost(uint32_t k);
+/* A unit of chains of length k; false if memory is out. */
+bool plan_chains_record(const plan_t *plan, work_kind_t kind, uint32_t k, uint64_t first, uint64_t chains,
+                        uint64_t mutations, plan_steps_t steps, work_record_t *record);
+
+/* plan_trial.c */
+/* How many there are once the candidates are in, and room for what they tell: none where they would not pay. */
+fault_code_t plan_prepare_trials(plan_t *plan, fault_t *fault);
+/* Unit number `index` of them. */
+bool plan_trial_record(const plan_t *plan, uint64_t index, work_record_t *record);
+void plan_absorb_trial(plan_t *plan, uint64_t index, const work_record_t *record, const work_result_t *result);
+/* With all of them in: steps, inefficiencies and costs of the lengths. */
+void plan_finish_trials(plan_t *plan);
 
 /* plan_seeds.c */
 /* Turns candidate weights into running sums. */

@@ -211,7 +211,7 @@ static void ratios_are_those_of_the_densities(void **state)
         }
         assert_near(kernel_log_ratio(&gaussian, a + 1, via + 1, b + 1, 1), log(density[1] / density[0]), 1e-12);
     }
-    const kernel_t shorter = kernel_shortened(&kelemen, 0.25);
+    const kernel_t shorter = kernel_scaled(&kelemen, 0.25);
     perturb_from(&shorter, 0.5, 77);
     for (int i = 0; i < COUNT; i++)
         assert_true(fabs(to[i] - 0.5) < 0.25 / 64 * (1 + 1e-5) && fabs(to[i] - 0.5) > 0.25 / 1024 * (1 - 1e-5));

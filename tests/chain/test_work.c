@@ -52,7 +52,7 @@ static void records_come_back_as_they_were(void **state)
         assert_int_equal(back.count, record.count);
         assert_int_equal(back.mutations, record.mutations);
         assert_true(back.scale == record.scale);
-        if (kind == WORK_CHAINS)
+        if (work_runs_chains(kind))
             assert_memory_equal(back.seeds, record.seeds, 8 * record.count);
         else
             assert_null(back.seeds);
@@ -114,6 +114,11 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = chains, r.mutations = 3, r), FAULT_RANGE, "mutations");
     refuse_record((r = chains, r.mutations = UINT64_MAX, r), FAULT_RANGE, "mutations");
     refuse_record((r = pilot, r.mutations = 1, r), FAULT_RANGE, "mutations");
+    refuse_record((r = chains, r.steps = WORK_STEPS + 1, r), FAULT_RANGE, "steps");
+    refuse_record((r = chains, r.steps = INT32_MIN, r), FAULT_RANGE, "steps");
+    refuse_record((r = chains, r.large = 1, r), FAULT_RANGE, "large");
+    refuse_record((r = chains, r.large = -WORK_STEPS - 1, r), FAULT_RANGE, "large");
+    refuse_record((r = chains, r.kind = WORK_TRIAL, r.scale = 0, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.scale = 0, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.scale = -1, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.scale = NAN, r), FAULT_RANGE, "scale");
@@ -220,6 +225,8 @@ static void refuse_result(work_kind_t kind, void (*change)(work_result_t *), fau
     }
 CHANGE(change_kind, r->kind = r->kind == WORK_CHAINS ? WORK_SAMPLES : WORK_CHAINS)
 CHANGE(change_length, r->length++)
+CHANGE(change_spread_negative, r->spread = -1e-9)
+CHANGE(change_spread_nan, r->spread = NAN)
 CHANGE(change_cpu_nan, r->stats.cpu_seconds = NAN)
 CHANGE(change_cpu_negative, r->stats.cpu_seconds = -1)
 CHANGE(change_tracing_many, r->stats.tracing_seconds = r->stats.cpu_seconds + 1)
@@ -269,11 +276,13 @@ static void hostile_results_are_refused(void **state)
         refuse_result(kind, change_sum_infinite, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_negative, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_nan, FAULT_RANGE, "moments");
-        if (kind == WORK_PILOT || kind == WORK_REFINE)
+        if (kind == WORK_PILOT || kind == WORK_REFINE || kind == WORK_TRIAL)
             continue;
         refuse_result(kind, change_kind, FAULT_FORMAT, "kind");
         refuse_result(kind, change_film_size, FAULT_FORMAT, "film");
     }
+    refuse_result(WORK_TRIAL, change_spread_negative, FAULT_RANGE, "spread");
+    refuse_result(WORK_TRIAL, change_spread_nan, FAULT_RANGE, "spread");
     refuse_result(WORK_CHAINS, change_accepted_many, FAULT_RANGE, "accepted");
     refuse_result(WORK_CHAINS, change_proposed_many, FAULT_RANGE, "proposed");
     refuse_result(WORK_PILOT, change_weight_negative, FAULT_RANGE, "weight");
@@ -330,7 +339,7 @@ static void results_are_functions_of_their_record(void **state)
 static void splitting_a_unit_changes_nothing(void **state)
 {
     (void)state;
-    for (work_kind_t kind = WORK_PILOT; kind < WORK_KINDS; kind++) {
+    for (work_kind_t kind = WORK_PILOT; kind < WORK_TRIAL; kind++) {
         const work_record_t whole = work_fixture_record(&fixture, kind);
         work_result_t all, part;
         work_space_t *other;

@@ -59,11 +59,13 @@ work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind)
     case WORK_REFINE:
         return (work_record_t){.kind = kind, .first = 100, .count = 300};
     case WORK_CHAINS:
+    case WORK_TRIAL:
         return (work_record_t){.kind = kind,
                                .length = settings_joins_all(fixture->settings.algorithm) ? 0 : 3,
                                .first = 7,
                                .count = 4,
                                .mutations = 4000,
+                               .scale = kind == WORK_TRIAL ? 0.3 : 0,
                                .seeds = fixture->seeds};
     case WORK_SAMPLES:
         return (work_record_t){.kind = kind, .first = 1000, .count = 2000, .scale = 0.5};

@@ -190,6 +190,10 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','algorithm':'mmlt','chains':{'split':5,'failures':'published'}}", FAULT_UNSUPPORTED,
            "chains.split", "published");
     refuse("{'scene':'x','algorithm':'pssmlt','chains':{'split':5}}", FAULT_UNSUPPORTED, "chains.split", "pssmlt");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'adapt':true,'failures':'published'}}", FAULT_UNSUPPORTED,
+           "chains.adapt", "published");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'adapt':true}}", FAULT_UNSUPPORTED, "chains.adapt", "pssmlt");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'adapt':1}}", FAULT_TYPE, "chains.adapt", "true or false");
     refuse("{'scene':'x','chains':{'split':-1}}", FAULT_RANGE, "chains.split", "1000000");
     refuse("{'scene':'x','chains':{'equalize':1.5}}", FAULT_RANGE, "chains.equalize", "1");
     refuse("{'scene':'x','chains':{'failures':'rectified'}}", FAULT_UNKNOWN, "chains.failures", "\"published\"");
@@ -258,7 +262,7 @@ static void assert_round_trip(const job_t *job)
         a->filter_radius == b->filter_radius && a->max_path_length == b->max_path_length && a->seed == b->seed &&
         a->target == b->target && a->kernel == b->kernel && a->large_step == b->large_step &&
         a->technique_step == b->technique_step && a->jump_step == b->jump_step &&
-        a->partial_step == b->partial_step && a->equalize == b->equalize &&
+        a->partial_step == b->partial_step && a->adapt == b->adapt && a->equalize == b->equalize &&
         a->auxiliary_step == b->auxiliary_step && a->failures == b->failures && a->step_min == b->step_min &&
         a->step_max == b->step_max && a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
     assert_memory_equal(a->effects, b->effects, sizeof a->effects);
@@ -312,6 +316,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->partial_step = s->algorithm == SETTINGS_PSSMLT ? 0 : number(0, 1);
         s->equalize = s->algorithm == SETTINGS_MMLT ? 0 : number(0, 1);
         s->split = coin() && s->algorithm > SETTINGS_MMLT && s->algorithm != SETTINGS_PSSMLT ? number(0, 100) : 0;
+        s->adapt = s->algorithm > SETTINGS_MMLT && s->algorithm != SETTINGS_PSSMLT && coin();
         s->failures = s->algorithm == SETTINGS_MMLT ? SETTINGS_FAILURES_PUBLISHED : SETTINGS_FAILURES_PLAIN;
         s->auxiliary_step = s->algorithm == SETTINGS_CMLT ? 1 - s->large_step - s->jump_step : 0;
         s->step_max = number(1e-9, 0.5);

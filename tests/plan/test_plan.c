@@ -20,10 +20,12 @@ static const char *const algorithms[ALGORITHMS] = {"mmlt", "bdpt", "pssmlt", "pt
 typedef struct course {
     const char *algorithm;
     double equalize, split;
+    bool adapt;
 } course_t;
-static const course_t courses[] = {{"mmlt", 0, 0},   {"mmlt", 1, 0},     {"mmlt", 0, 20},
-                                   {"mmlt", 0.5, 3}, {"bdpt", 0, 0},     {"pssmlt", 0, 0},
-                                   {"pt", 0, 0},     {"pssmlt", 0.5, 0}, {"rjmlt", 1, 500}};
+static const course_t courses[] = {{"mmlt", 0, 0, false},  {"mmlt", 1, 0, false},     {"mmlt", 0, 20, false},
+                                   {"mmlt", 0.5, 3, true}, {"bdpt", 0, 0, false},     {"pssmlt", 0, 0, false},
+                                   {"pt", 0, 0, false},    {"pssmlt", 0.5, 0, false}, {"rjmlt", 1, 500, false},
+                                   {"rjmlt", 1, 20, true}, {"cmlt", 0, 0, true}};
 enum { COURSES = sizeof courses / sizeof *courses };
 
 static uint64_t counter;
@@ -38,14 +40,14 @@ static job_t job_with(const course_t *course, const char *stop, const char *more
     char text[512];
     snprintf(text, sizeof text,
              "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'pilot_samples':"
-             "20000,'equalize':%g,'split':%g}%s}",
-             course->algorithm, stop, course->equalize, course->split, more);
+             "20000,'equalize':%g,'split':%g,'adapt':%s}%s}",
+             course->algorithm, stop, course->equalize, course->split, course->adapt ? "true" : "false", more);
     return plan_fixture_job(text);
 }
 
 static job_t job_of(const char *algorithm, const char *stop, const char *more)
 {
-    return job_with(&(course_t){algorithm, 0, 0}, stop, more);
+    return job_with(&(course_t){algorithm, 0, 0, false}, stop, more);
 }
 
 /* ---- order, repetition, restarts ---- */
@@ -193,7 +195,9 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
     small_scene_box(&small, SMALL_LIGHT_AREA);
     flight_t flight = {.count = 0};
     for (int a = 0; a < COURSES; a++) {
-        const double budget = courses[a].split > 0 ? 60 : 20; /* else there is no room for samples */
+        const double budget = courses[a].adapt       ? 700
+                              : courses[a].split > 0 ? 60
+                                                     : 20; /* else there is no room for trials and samples */
         char rule[64];
         snprintf(rule, sizeof rule, "'mutations_per_pixel':%g", budget);
         const job_t job = job_with(&courses[a], rule, ",'film':{'filter':'gaussian'}");

@@ -1,0 +1,157 @@
+/* plan_trial.c: chains tried out before the render: how long the steps of each path length should be, and what its
+ * mutations are worth. Nothing of a trial is in the image, and what it decides is frozen with it: the render's
+ * target and its independence of the decision are as if the job had said so.
+ *
+ * N mutations of length k bring the image a variance of b_k^2 q_k / N, in units where relative error is one
+ * everywhere (plan_split.c; without the importance for that, times need_k / b_k): q_k, the inefficiency, is the
+ * spread of a chain's film over its mutations (chain/trial.c), 1 for independent draws. What a mutation costs, d_k,
+ * is its rays. The shares go by b_k sqrt(q_k / d_k).
+ *
+ * Lengths with much work are tried with other steps too, from the same seeds and with the same random numbers,
+ * which take the place of the usual ones if their q d is clearly less. Few chains see little of rare stays: each q
+ * is drawn to that of all lengths by the weight of a few chains.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "plan/plan_state.h"
+
+/* Numbers of chains that no render comes to. */
+#define TRIAL_FIRST (UINT64_C(1) << 40)
+enum {
+    TRIAL_PARTS = 16,      /* one part in so many of the work */
+    TRIAL_LEAST = 4,       /* chains of a length */
+    TRIAL_MOST = 32,       /* likewise */
+    TRIAL_SHORTEST = 1024, /* mutations of a chain: else there are no trials */
+    TRIAL_USUAL = 1 << 26, /* mutations of a render whose rule does not say how many */
+    TRIAL_PRIOR = 2,       /* chains that the mean of all lengths counts as */
+};
+static const double TRIAL_MATTERS = 0.1; /* share of the chains' work from which a length's steps are tried */
+static const double TRIAL_CLEARLY = 0.75;
+
+/* Steps and large steps, as in work_record_t; the settings' own first. */
+static const plan_steps_t trial_options[] = {{0, 0}, {-2, 0}, {2, 0}, {0, -2}};
+enum { TRIAL_OPTIONS = sizeof trial_options / sizeof *trial_options };
+
+/* Chains that make one of a trial's. */
+static uint32_t trial_together(const plan_t *plan)
+{
+    return plan->settings.algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
+}
+
+static double trial_work(const plan_t *plan)
+{
+    const double seconds = plan->job.stop.seconds;
+    double work = plan->mutations_total > 0 ? plan->mutations_total : INFINITY;
+    if (seconds > 0)
+        work = fmin(work, seconds * PLAN_USUAL_RATE);
+    return work < INFINITY ? work : TRIAL_USUAL;
+}
+
+static void trial_size(plan_t *plan)
+{
+    const uint32_t K = plan->settings.max_path_length;
+    plan->trial_units = 0;
+    if (!plan->settings.adapt || !plan_is_chains(plan) || plan_is_whole(plan))
+        return;
+    plan_shares(plan);
+    double chains = 0;
+    uint32_t active = 0;
+    for (uint32_t k = 1; k <= K; k++) {
+        chains += plan->lengths[k].share;
+        active += plan->lengths[k].share > 0;
+    }
+    const double least = TRIAL_LEAST * (double)(active * trial_together(plan)),
+                 work = trial_work(plan) * fmin(1.0 / TRIAL_PARTS, 0.5 * chains),
+                 usual = (double)plan_chain_length(plan), mutations = fmin(usual, floor(work / least));
+    if (active == 0 || !(mutations >= TRIAL_SHORTEST))
+        return;
+    plan->trial_mutations = (uint64_t)mutations;
+    const double spare = fmax(0, work / mutations / trial_together(plan) - TRIAL_LEAST * active) / TRIAL_OPTIONS;
+    for (uint32_t k = 1; k <= K; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        const double part = length->share / chains;
+        length->trials = length->share > 0 ? (uint32_t)fmin(TRIAL_LEAST + floor(spare * part), TRIAL_MOST) : 0;
+        length->trial_options = part >= TRIAL_MATTERS ? TRIAL_OPTIONS : 1;
+        plan->trial_units += length->share > 0 ? length->trial_options : 0;
+    }
+}
+
+fault_code_t plan_prepare_trials(plan_t *plan, fault_t *fault)
+{
+    trial_size(plan);
+    plan->trials = calloc(plan->trial_units + 1, sizeof *plan->trials);
+    return plan->trials ? FAULT_NONE : fault_set(fault, FAULT_MEMORY, "no memory for the trials' figures");
+}
+
+/* The length and option of a trial's unit. */
+static uint32_t trial_place(const plan_t *plan, uint64_t index, uint32_t *option)
+{
+    uint32_t k = 1;
+    for (; plan->lengths[k].trials == 0 || index >= plan->lengths[k].trial_options; k++)
+        index -= plan->lengths[k].trials > 0 ? plan->lengths[k].trial_options : 0;
+    *option = (uint32_t)index;
+    return k;
+}
+
+bool plan_trial_record(const plan_t *plan, uint64_t index, work_record_t *record)
+{
+    uint32_t option;
+    const uint32_t k = trial_place(plan, index, &option);
+    const uint64_t chains = (uint64_t)plan->lengths[k].trials * trial_together(plan);
+    if (!plan_chains_record(plan, WORK_TRIAL, k, TRIAL_FIRST, chains, plan->trial_mutations * chains,
+                            trial_options[option], record))
+        return false;
+    record->scale = plan->lengths[k].b * (double)plan->pixels /
+                    (plan->b * (double)(plan->trial_mutations * trial_together(plan)));
+    return true;
+}
+
+void plan_absorb_trial(plan_t *plan, uint64_t index, const work_record_t *record, const work_result_t *result)
+{
+    plan->trials[index] = (plan_trial_t){.spread = result->spread,
+                                         .rays = (double)(result->stats.rays + result->stats.shadow_rays) *
+                                                 (double)plan->trial_mutations / (double)record->mutations};
+    plan->trial_in++;
+}
+
+/* The mean spread of the usual steps' chains. */
+static double trial_mean(const plan_t *plan)
+{
+    double spread = 0, chains = 0;
+    uint64_t unit = 0;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        if (length->trials == 0)
+            continue;
+        spread += plan->trials[unit].spread * length->trials;
+        chains += length->trials;
+        unit += length->trial_options;
+    }
+    return chains > 0 ? spread / chains : 0;
+}
+
+void plan_finish_trials(plan_t *plan)
+{
+    const double prior = TRIAL_PRIOR * trial_mean(plan), mutations = (double)plan->trial_mutations;
+    uint64_t unit = 0;
+    if (!(prior > 0))
+        return;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+        plan_length_t *length = &plan->lengths[k];
+        double best = INFINITY;
+        for (uint32_t o = 0; length->trials > 0 && o < length->trial_options; o++, unit++) {
+            const plan_trial_t *trial = &plan->trials[unit];
+            const double spread = (prior + trial->spread * length->trials) / (TRIAL_PRIOR + length->trials) /
+                                  (mutations * trial_together(plan)),
+                         cost = fmax(trial->rays / mutations, 1e-3);
+            if (!(spread * cost < best * (o == 0 || length->option > 0 ? 1 : TRIAL_CLEARLY)))
+                continue;
+            best = spread * cost;
+            length->option = o;
+            length->steps = trial_options[o];
+            length->inefficiency = spread;
+            length->cost = cost;
+        }
+    }
+}
