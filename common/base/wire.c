@@ -2,6 +2,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 __attribute__((format(printf, 6, 0))) static fault_code_t fail(fault_t *fault, fault_code_t *sticky,
@@ -184,6 +185,18 @@ void wire_writer_init(wire_writer_t *out, void *data, size_t size, const char *w
     *out = (wire_writer_t){.data = data, .size = data ? size : SIZE_MAX, .what = what, .fault = fault};
 }
 
+void wire_writer_init_growing(wire_writer_t *out, const char *what, fault_t *fault)
+{
+    *out = (wire_writer_t){.what = what, .fault = fault, .grows = true};
+}
+
+void wire_writer_clear(wire_writer_t *out)
+{
+    free(out->data);
+    out->data = NULL;
+    out->size = out->at = 0;
+}
+
 fault_code_t wire_writer_fail(wire_writer_t *out, fault_code_t code, const char *field, const char *format, ...)
 {
     va_list arguments;
@@ -193,8 +206,23 @@ fault_code_t wire_writer_fail(wire_writer_t *out, fault_code_t code, const char 
     return out->code;
 }
 
+/* Room for `count` octets more, at least half as much again as there was. */
+static void writer_grow(wire_writer_t *out, size_t count)
+{
+    const size_t least = out->at + count, more = out->size + out->size / 2, size = least > more ? least : more;
+    uint8_t *data = size >= count ? realloc(out->data, size) : NULL;
+    if (!data) {
+        wire_writer_fail(out, FAULT_MEMORY, "end", "no memory for %zu octets at %zu", count, out->at);
+        return;
+    }
+    out->data = data;
+    out->size = size;
+}
+
 void wire_put_raw(wire_writer_t *out, const void *data, size_t count)
 {
+    if (out->grows && out->code == FAULT_NONE && count > out->size - out->at)
+        writer_grow(out, count);
     if (out->code != FAULT_NONE)
         return;
     if (count > out->size - out->at) {
@@ -275,7 +303,7 @@ void wire_put_sentence(wire_writer_t *out, const char *text, size_t max)
     const uint8_t *put = (const uint8_t *)(text ? text : "");
     const size_t size = strlen((const char *)put);
     size_t at = 0, kept = 0; /* octets read and those that will stand on the wire */
-    wire_writer_t start = *out;
+    const size_t start = out->at;
     wire_put_u32(out, 0);
     while (at < size) {
         const size_t step = wire_text_character(put + at, size - at);
@@ -287,6 +315,10 @@ void wire_put_sentence(wire_writer_t *out, const char *text, size_t max)
         kept += take;
     }
     wire_put_u8(out, 0);
-    if (out->code == FAULT_NONE)
-        wire_put_u32(&start, (uint32_t)kept); /* over the zero that held its place */
+    if (out->code != FAULT_NONE)
+        return;
+    const size_t end = out->at;
+    out->at = start;
+    wire_put_u32(out, (uint32_t)kept); /* over the zero that held its place */
+    out->at = end;
 }

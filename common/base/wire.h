@@ -8,6 +8,8 @@
  *     const double b = wire_get_f64(&in, "b");
  *     TRY(wire_reader_end(&in));
  *
+ * A writer has a buffer of the caller's, counts only, or grows a buffer of its own.
+ *
  * Thread rule: a reader or writer belongs to one caller.
  */
 #ifndef BASE_WIRE_H
@@ -49,8 +51,9 @@ fault_code_t wire_reader_fail(wire_reader_t *in, fault_code_t code, const char *
 fault_code_t wire_reader_end(wire_reader_t *in);
 
 typedef struct wire_writer {
-    uint8_t *data;   /* borrowed; null: only counts */
+    uint8_t *data;   /* borrowed; null: only counts; growing: allocated */
     size_t size, at; /* capacity (ignored when counting), octets so far */
+    bool grows;
     const char *what;
     fault_code_t code; /* sticky */
     fault_t *fault;
@@ -58,6 +61,10 @@ typedef struct wire_writer {
 
 /* data == null counts octets: run the same calls twice, first to count, then to write. */
 void wire_writer_init(wire_writer_t *out, void *data, size_t size, const char *what, fault_t *fault);
+/* A buffer that grows with what is put: out->data, out->at octets, is the caller's to free(), with
+ * wire_writer_clear or without. FAULT_MEMORY if there is none. */
+void wire_writer_init_growing(wire_writer_t *out, const char *what, fault_t *fault);
+void wire_writer_clear(wire_writer_t *out);
 void wire_put_u8(wire_writer_t *out, uint8_t value);
 void wire_put_u16(wire_writer_t *out, uint16_t value);
 void wire_put_u32(wire_writer_t *out, uint32_t value);

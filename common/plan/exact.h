@@ -5,6 +5,8 @@
 
 #include <stdint.h>
 
+#include "base/wire.h"
+
 /* __extension__: 128-bit integers are GNU C. */
 __extension__ typedef __int128 exact_int_t;
 __extension__ typedef unsigned __int128 exact_uint_t;
@@ -28,6 +30,20 @@ static inline void exact_add(exact_sum_t *sum, double x, double unit)
 static inline double exact_value(const exact_sum_t *sum, double unit)
 {
     return (double)sum->value * 0x1p-40 * unit;
+}
+
+/* As bytes: u64 low half, u64 high half. */
+static inline void exact_put(wire_writer_t *out, const exact_sum_t *sum)
+{
+    const exact_uint_t bits = (exact_uint_t)sum->value;
+    wire_put_u64(out, (uint64_t)bits);
+    wire_put_u64(out, (uint64_t)(bits >> 64));
+}
+
+static inline void exact_get(wire_reader_t *in, exact_sum_t *sum)
+{
+    const uint64_t low = wire_get_u64(in, "sum"), high = wire_get_u64(in, "sum");
+    sum->value = (exact_int_t)((exact_uint_t)high << 64 | low);
 }
 
 #endif

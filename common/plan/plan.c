@@ -4,7 +4,15 @@
 #include <string.h>
 
 #include "plan/effects.h"
+#include "plan/plan_accuracy.h"
+#include "plan/plan_budget.h"
+#include "plan/plan_seeds.h"
+#include "plan/plan_sketch.h"
+#include "plan/plan_split.h"
 #include "plan/plan_state.h"
+#include "plan/plan_strata.h"
+#include "plan/plan_stuck.h"
+#include "plan/plan_trial.h"
 
 /* Refuses what the scene cannot give before any work is done. */
 static fault_code_t plan_check_scene(const scene_t *scene, fault_t *fault)

@@ -1,8 +1,10 @@
 /* plan_accuracy.c: what a render's history says about the time that accuracy takes (plan_law.h). */
+#include "plan/plan_accuracy.h"
+
 #include <math.h>
 
+#include "plan/plan_estimate.h"
 #include "plan/plan_law.h"
-#include "plan/plan_state.h"
 
 void plan_note_error(plan_t *plan)
 {

@@ -1,8 +1,13 @@
 /* plan_budget.c: how much of what, in which order: a function of job and scene alone. */
+#include "plan/plan_budget.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "plan/plan_state.h"
+#include "plan/plan_estimate.h"
+#include "plan/plan_seeds.h"
+#include "plan/plan_sketch.h"
+#include "plan/plan_split.h"
 
 enum {
     PILOT_UNIT = 8192, /* candidates: some ten milliseconds */

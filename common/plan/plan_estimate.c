@@ -6,9 +6,9 @@
  * sum of n. Lengths share one sum of squares, so n_k / (U_k - 1) is a mean over them. The error of b_k itself adds
  * (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same with one film.
  */
-#include <stdlib.h>
+#include "plan/plan_estimate.h"
 
-#include "plan/plan_state.h"
+#include <stdlib.h>
 
 static const double ESTIMATE_STUDENT = 2.131; /* 97.5 % at PLAN_GROUPS - 1 degrees of freedom */
 

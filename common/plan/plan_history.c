@@ -33,3 +33,37 @@ void plan_history_add(plan_history_t *history, const plan_point_t *point)
         history_thin(history);
     history->points[history->count++] = *point;
 }
+
+void plan_history_put(wire_writer_t *out, const plan_history_t *history)
+{
+    wire_put_u32(out, history->count);
+    for (uint32_t i = 0; i < history->count; i++) {
+        const plan_point_t *point = &history->points[i];
+        wire_put_f64(out, point->seconds);
+        wire_put_f64(out, point->cpu_seconds);
+        wire_put_f64(out, point->mutations);
+        wire_put_f64(out, point->relmse);
+        wire_put_f64(out, point->spread);
+    }
+}
+
+fault_code_t plan_history_get(wire_reader_t *in, plan_history_t *history)
+{
+    const uint32_t count = wire_get_u32(in, "history");
+    if (!in->code && count > PLAN_HISTORY)
+        return wire_reader_fail(in, FAULT_RANGE, "history", "%u points, expected at most %d", count, PLAN_HISTORY);
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        plan_point_t point;
+        point.seconds = wire_get_f64(in, "history");
+        point.cpu_seconds = wire_get_f64(in, "history");
+        point.mutations = wire_get_f64(in, "history");
+        point.relmse = wire_get_f64(in, "history");
+        point.spread = wire_get_f64(in, "history");
+        plan_history_add(history, &point);
+        if (!in->code &&
+            (history->count != i + 1 || !(point.seconds >= 0 && point.cpu_seconds >= 0 && point.mutations >= 0)))
+            return wire_reader_fail(in, FAULT_RANGE, "history", "point %u is negative, or not after the one before",
+                                    i);
+    }
+    return in->code;
+}

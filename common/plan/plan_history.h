@@ -7,6 +7,8 @@
 
 #include <stdint.h>
 
+#include "base/wire.h"
+
 enum { PLAN_HISTORY = 256 };
 
 typedef struct plan_point {
@@ -24,5 +26,10 @@ typedef struct plan_history {
 /* Takes a point in; one that is not later than the last takes its place. Points that are not finite are passed over
  * (the spread may be). */
 void plan_history_add(plan_history_t *history, const plan_point_t *point);
+
+/* As bytes: u32 count, then of each point five f64 in the order above. */
+void plan_history_put(wire_writer_t *out, const plan_history_t *history);
+/* Hostile bytes, into an empty history. */
+fault_code_t plan_history_get(wire_reader_t *in, plan_history_t *history);
 
 #endif

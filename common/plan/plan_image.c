@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
 static const char *const plan_channels[] = {"R",        "G",       "B",        "stderr.R", "stderr.G",

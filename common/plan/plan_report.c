@@ -4,7 +4,11 @@
 #include <string.h>
 
 #include "plan/effects.h"
+#include "plan/plan_accuracy.h"
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
+#include "plan/plan_strata.h"
+#include "plan/plan_stuck.h"
 
 static const char *const move_names[WORK_MOVES] = {"large", "small",   "technique", "jump",      "camera",
                                                    "light", "inverse", "exchange",  "auxiliary", "second"};

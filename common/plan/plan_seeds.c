@@ -5,8 +5,9 @@
  * ratio's fraction (Kronecker sequence): any first J of them are spaced almost equally (three-distance theorem),
  * and each alone is uniform as xi is.
  */
+#include "plan/plan_seeds.h"
+
 #include "base/random.h"
-#include "plan/plan_state.h"
 
 void plan_prepare_seeds(const plan_t *plan, plan_length_t *length)
 {

@@ -7,10 +7,12 @@
  * the light of 16 x 16 blocks of the image, from an eighth as many samples as the pilot has, before it; g is scaled
  * so that the blocks' light times g is what it was.
  */
+#include "plan/plan_sketch.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "plan/plan_state.h"
+#include "plan/plan_split.h"
 
 /* Indices of samples that are no candidates. */
 #define SKETCH_FIRST (UINT64_C(1) << 40)
@@ -77,4 +79,25 @@ fault_code_t plan_set_importance(const plan_t *plan, work_record_t *record, faul
         return fault_set(fault, FAULT_MEMORY, "no memory for a unit's importance");
     memcpy(record->importance, plan->importance, sizeof plan->importance);
     return FAULT_NONE;
+}
+
+void plan_sketch_put(wire_writer_t *out, const plan_t *plan)
+{
+    wire_put_u8(out, plan->has_importance);
+    for (int i = 0; plan->has_importance && i < IMPORTANCE_BLOCKS; i++)
+        wire_put_f64(out, plan->importance[i]);
+}
+
+void plan_sketch_get(wire_reader_t *in, plan_t *plan)
+{
+    const uint8_t has_importance = wire_get_u8(in, "importance");
+    if (!in->code && (has_importance > 1 || (has_importance && plan->sketch_units == 0)))
+        wire_reader_fail(in, FAULT_FORMAT, "importance", "%u, of a job %s sketch", has_importance,
+                         plan->sketch_units ? "with a" : "without");
+    plan->has_importance = !in->code && has_importance;
+    for (int i = 0; plan->has_importance && i < IMPORTANCE_BLOCKS && !in->code; i++) {
+        plan->importance[i] = wire_get_f64(in, "importance");
+        if (!in->code && !(plan->importance[i] >= 1e-3 && plan->importance[i] <= 1e3))
+            wire_reader_fail(in, FAULT_RANGE, "importance", "%g, expected 0.001 to 1000", plan->importance[i]);
+    }
 }

@@ -23,12 +23,14 @@
  *
  * Costs are in rays, counted, as nothing here may depend on a clock.
  */
+#include "plan/plan_split.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/plan_budget.h"
 #include "plan/plan_rates.h"
-#include "plan/plan_state.h"
 
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
 #define SPLIT_FIRST WORK_PAIRS_FIRST
@@ -219,4 +221,44 @@ fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *f
     return record->caps && (record->rates || !samples)
                ? FAULT_NONE
                : fault_set(fault, FAULT_MEMORY, "no memory for a unit's caps");
+}
+
+void plan_split_put(wire_writer_t *out, const plan_t *plan)
+{
+    for (uint32_t k = 0; k < plan->settings.max_path_length; k++)
+        wire_put_u64(out, plan->split_rays[k]);
+    wire_put_u8(out, plan->has_caps);
+    if (!plan->has_caps)
+        return;
+    wire_put_f64(out, plan->split_samples);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        wire_put_f64(out, plan->caps[k - 1]);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        wire_put_f64(out, plan->rates[k - 1]);
+}
+
+void plan_split_get(wire_reader_t *in, plan_t *plan)
+{
+    for (uint32_t k = 0; k < plan->settings.max_path_length; k++)
+        plan->split_rays[k] = wire_get_u64(in, "split rays");
+    const uint8_t has_caps = wire_get_u8(in, "caps");
+    if (!in->code && (has_caps > 1 || (has_caps && plan->split_units == 0)))
+        wire_reader_fail(in, FAULT_FORMAT, "caps", "%u, of a job %s split", has_caps,
+                         plan->split_units ? "with a" : "without");
+    plan->has_caps = !in->code && has_caps;
+    if (!plan->has_caps)
+        return;
+    plan->split_samples = wire_get_f64(in, "split samples");
+    if (!in->code && (!(plan->split_samples >= 0) || !isfinite(plan->split_samples)))
+        wire_reader_fail(in, FAULT_RANGE, "split samples", "%g", plan->split_samples);
+    for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {
+        plan->caps[k - 1] = wire_get_f64(in, "caps");
+        if (!in->code && !(plan->caps[k - 1] >= 0))
+            wire_reader_fail(in, FAULT_RANGE, "caps", "%g", plan->caps[k - 1]);
+    }
+    for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {
+        plan->rates[k - 1] = wire_get_f64(in, "rates");
+        if (!in->code && !(plan->rates[k - 1] > 0 && plan->rates[k - 1] <= (k > 1 ? plan->rates[k - 2] : 1)))
+            wire_reader_fail(in, FAULT_RANGE, "rates", "%g", plan->rates[k - 1]);
+    }
 }

@@ -9,9 +9,12 @@
  *
  * The error of b_k is the same factor in all pixels, and not in it.
  */
+#include "plan/plan_strata.h"
+
 #include <stdlib.h>
 
-#include "plan/plan_state.h"
+#include "plan/packed.h"
+#include "plan/plan_estimate.h"
 
 enum { STRATA_SIDE = 8 };
 
@@ -130,4 +133,19 @@ double plan_estimate_strata(const plan_t *plan)
     free(blocks);
     free(sums);
     return of_pixels > 0 && of_blocks > 0 ? of_blocks / of_pixels : NAN;
+}
+
+static size_t strata_size(const plan_t *plan)
+{
+    return FILM_CHANNELS * plan_strata(plan) * sizeof *plan->strata;
+}
+
+void plan_strata_put(wire_writer_t *out, const plan_t *plan)
+{
+    packed_put(out, "strata", plan->strata, strata_size(plan));
+}
+
+fault_code_t plan_strata_get(wire_reader_t *in, plan_t *plan)
+{
+    return packed_get(in, "strata", plan->strata, strata_size(plan));
 }

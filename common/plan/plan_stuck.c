@@ -1,5 +1,6 @@
 #include "plan/plan_stuck.h"
 
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
 void plan_stuck_absorb(plan_t *plan, const work_record_t *record, const work_result_t *result)

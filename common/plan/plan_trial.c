@@ -11,10 +11,12 @@
  * which take the place of the usual ones if their q d is clearly less. Few chains see little of rare stays: each q
  * is drawn to that of all lengths by the weight of a few chains.
  */
+#include "plan/plan_trial.h"
+
 #include <math.h>
 #include <stdlib.h>
 
-#include "plan/plan_state.h"
+#include "plan/plan_budget.h"
 
 /* Numbers of chains that no render comes to. */
 #define TRIAL_FIRST (UINT64_C(1) << 40)
@@ -153,5 +155,29 @@ void plan_finish_trials(plan_t *plan)
             length->inefficiency = spread;
             length->cost = cost;
         }
+    }
+}
+
+void plan_trial_put(wire_writer_t *out, const plan_t *plan)
+{
+    wire_put_u64(out, plan->trial_units);
+    for (uint64_t i = 0; i < plan->trial_units; i++) {
+        wire_put_f64(out, plan->trials[i].spread);
+        wire_put_f64(out, plan->trials[i].rays);
+    }
+}
+
+void plan_trial_get(wire_reader_t *in, plan_t *plan)
+{
+    const uint64_t count = wire_get_u64(in, "trials");
+    if (!in->code && count != plan->trial_units)
+        wire_reader_fail(in, FAULT_FORMAT, "trials", "%llu, expected %llu", (unsigned long long)count,
+                         (unsigned long long)plan->trial_units);
+    for (uint64_t i = 0; i < plan->trial_units && !in->code; i++) {
+        plan_trial_t *trial = &plan->trials[i];
+        trial->spread = wire_get_f64(in, "trials");
+        trial->rays = wire_get_f64(in, "trials");
+        if (!in->code && (!(trial->spread >= 0 && trial->rays >= 0) || !isfinite(trial->spread + trial->rays)))
+            wire_reader_fail(in, FAULT_RANGE, "trials", "%llu is negative or not finite", (unsigned long long)i);
     }
 }

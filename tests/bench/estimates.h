@@ -11,6 +11,7 @@
 #define TESTS_BENCH_ESTIMATES_H
 
 #include "plan/plan.h"
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
 enum { ESTIMATES_MAX_SEEDS = 1000 };

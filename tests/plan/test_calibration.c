@@ -20,6 +20,7 @@
 #include <cmocka.h>
 
 #include "plan/plan_fixture.h"
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
 enum { SEEDS = 50, SIDE = 24, PIXELS = SIDE * SIDE, CHANNELS = 3, CUTS = 4, REGIONS = CUTS * CUTS };

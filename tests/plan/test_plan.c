@@ -11,6 +11,7 @@
 
 #include "base/random.h"
 #include "plan/plan_fixture.h"
+#include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
 enum { MMLT, BDPT, PSSMLT, PT, ALGORITHMS };

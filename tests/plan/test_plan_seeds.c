@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
+#include "plan/plan_seeds.h"
 #include "plan/plan_state.h"
 
 enum { CANDIDATES = 500, LENGTH = 3 };

@@ -12,6 +12,7 @@
 
 #include "plan/plan_fixture.h"
 #include "plan/plan_state.h"
+#include "plan/plan_strata.h"
 
 enum { WIDTH = 21, HEIGHT = 13, PIXELS = WIDTH * HEIGHT, UNITS = 256 };
 

@@ -165,6 +165,32 @@ static void writer_stays_in_its_buffer(void **state)
     assert_int_equal(buffer[4], 0);
 }
 
+/* The same bytes as in a buffer of their size; a sentence's length is put in its place after its buffer has moved.
+ */
+static void a_growing_writer_takes_all_that_is_put(void **state)
+{
+    (void)state;
+    uint8_t buffer[1 << 12];
+    wire_writer_t out, grown;
+    wire_writer_init(&out, buffer, sizeof buffer, "record", NULL);
+    wire_writer_init_growing(&grown, "record", NULL);
+    char text[300];
+    for (unsigned i = 0; i < 10; i++) {
+        memset(text, 'a' + (int)i, sizeof text);
+        text[31 * i] = 0;
+        wire_put_sentence(&out, text, sizeof text);
+        wire_put_sentence(&grown, text, sizeof text);
+        wire_put_f64(&out, i);
+        wire_put_f64(&grown, i);
+    }
+    assert_int_equal(out.code, FAULT_NONE);
+    assert_int_equal(grown.code, FAULT_NONE);
+    assert_true(grown.at == out.at && grown.size < 2 * grown.at);
+    assert_memory_equal(grown.data, buffer, out.at);
+    wire_writer_clear(&grown);
+    assert_null(grown.data);
+}
+
 static void counting_gives_the_size_that_writing_needs(void **state)
 {
     (void)state;
@@ -244,6 +270,7 @@ int main(void)
         cmocka_unit_test(lengths_are_held_to_their_limits),
         cmocka_unit_test(string_needs_its_zero),
         cmocka_unit_test(writer_stays_in_its_buffer),
+        cmocka_unit_test(a_growing_writer_takes_all_that_is_put),
         cmocka_unit_test(counting_gives_the_size_that_writing_needs),
         cmocka_unit_test(strings_are_strict_and_sentences_are_mended),
         cmocka_unit_test(text_is_utf8_without_controls),

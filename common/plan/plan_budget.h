@@ -1,0 +1,32 @@
+/* plan_budget.h: units of work from the job: the pilot's, then the lengths' shares and units of the rendering. */
+#ifndef PLAN_PLAN_BUDGET_H
+#define PLAN_PLAN_BUDGET_H
+
+#include "plan/plan_state.h"
+
+/* Sizes of the first phase from the job; called once. */
+void plan_size_pilot(plan_t *plan);
+/* Unit number `index` of the first phase. */
+fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
+/* Whether the next of them waits for those before it to come in. */
+bool plan_pilot_waits(const plan_t *plan);
+/* With the candidates in: b and what goes with it. FAULT_NO_LIGHT if nothing was found. */
+fault_code_t plan_find_light(plan_t *plan, fault_t *fault);
+/* After pilot and trials: shares, unit sizes. */
+void plan_size_render(plan_t *plan);
+/* After the pilot's sums are in: shares of the techniques. */
+void plan_freeze_techniques(plan_t *plan);
+/* The next unit of the rendering phase; false if the budget is spent or memory is. */
+bool plan_render_record(plan_t *plan, work_record_t *record);
+
+/* Mutations that a chain makes. */
+uint64_t plan_chain_length(const plan_t *plan);
+/* Sets the shares by what is known of inefficiencies and costs. */
+void plan_shares(plan_t *plan);
+/* Rays of a mutation of length k, about. */
+double plan_usual_cost(uint32_t k);
+/* A unit of chains of length k; false if memory is out. */
+bool plan_chains_record(const plan_t *plan, work_kind_t kind, uint32_t k, uint64_t first, uint64_t chains,
+                        uint64_t mutations, plan_steps_t steps, work_record_t *record);
+
+#endif
