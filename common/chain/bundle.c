@@ -1,13 +1,15 @@
 #include "chain/bundle.h"
 
+#include <assert.h>
 #include <string.h>
 
-void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_stats_t *stats)
+void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_result_t *result)
 {
     const path_scene_t *scene = &space->renderer->scene;
     const uint32_t K = space->renderer->settings.max_path_length;
     bundle->space = space;
-    bundle->stats = stats;
+    bundle->stats = &result->stats;
+    bundle->stuck = &result->stuck;
     bundle->importance = importance;
     bundle->camera_count = path_camera_dimensions(scene, K + 1);
     bundle->light_count = path_light_dimensions(K);
@@ -59,18 +61,60 @@ static void bundle_splat(bundle_t *bundle, const bundle_value_t *value, double w
                    rgb_scale(value->splats[i].value, weight), key, UNIT_DRAW_FILTER);
 }
 
-static void bundle_note_stay(bundle_t *bundle)
+/* The brightest of the current state's paths, which stands for it where it was stuck: its walks are made once more.
+ */
+static stuck_path_t bundle_brightest(bundle_t *bundle)
 {
-    if (bundle->stay > bundle->stats->longest_stay)
-        bundle->stats->longest_stay = bundle->stay;
-    bundle->stay = 0;
+    const renderer_t *renderer = bundle->space->renderer;
+    const path_scene_t *scene = &renderer->scene;
+    path_space_t *space = &bundle->space->path;
+    const uint32_t K = renderer->settings.max_path_length;
+    const uint32_t camera = path_walk_camera(scene, space, bundle->camera, K + 1, PATH_ENDS_ON_LIGHT),
+                   light = path_walk_light(scene, space, bundle->light, K, PATH_ENDS_JOINED);
+    stuck_path_t brightest = {.c = 0};
+    for (uint32_t t = 1; t <= camera; t++)
+        for (uint32_t s = t == 1; s <= light && s + t <= K + 1; s++) {
+            const uint32_t k = s + t - 1;
+            path_value_t value;
+            if (k < 1 || !path_connect(scene, space, s, t, NULL, &renderer->targets[k].techniques, &value))
+                continue;
+            const vec2_t raster = t > 1 ? space->raster : value.raster;
+            double c = target_scalar(renderer->settings.target, value.value);
+            if (bundle->importance.blocks)
+                c *= importance_at(&bundle->importance, raster);
+            if (c > brightest.c)
+                brightest = (stuck_path_t){.length = k, .technique = s, .x = raster.x, .y = raster.y, .c = c};
+        }
+    assert(brightest.c > 0); /* as their sum is */
+    stuck_encode(space, brightest.length, brightest.technique, brightest.codes);
+    return brightest;
 }
 
-fault_code_t bundle_start(bundle_t *bundle, uint64_t key, uint64_t candidate, fault_t *fault)
+/* Before the state is left, when its weights have been splatted. The proposal's numbers stay, its walks may go. */
+static void bundle_end_stay(bundle_t *bundle, bool accepted)
+{
+    const uint64_t stay = bundle->stay;
+    if (stay > bundle->stats->longest_stay)
+        bundle->stats->longest_stay = stay;
+    bundle->stay = 0;
+    if (!stuck_end_stay(bundle->stuck, stay, accepted))
+        return;
+    double light = 0;
+    for (uint32_t i = 0; i < bundle->current->count; i++)
+        light += rgb_luminance(bundle->current->splats[i].value);
+    stuck_add_light(bundle->stuck, bundle->gathered * light);
+    stuck_path_t path = bundle_brightest(bundle);
+    path.stay = stay;
+    path.chain = bundle->id;
+    stuck_keep(bundle->stuck, &path);
+}
+
+fault_code_t bundle_start(bundle_t *bundle, uint64_t id, uint64_t candidate, fault_t *fault)
 {
     double totals[PATH_MAX_VERTICES];
     sampler_t sampler = bundle_sampler(bundle, totals);
-    bundle->key = key;
+    bundle->id = id;
+    bundle->key = random_key(bundle->space->renderer->settings.seed, RANDOM_PURPOSE_CHAIN, 0, id);
     bundle->gathered = 0;
     bundle->stay = 0;
     sampler_run(&sampler, unit_pilot_key(bundle->space->renderer, candidate), -1);
@@ -122,16 +166,16 @@ void bundle_step(bundle_t *bundle, uint64_t step)
         return;
     }
     bundle_splat(bundle, bundle->current, bundle->gathered, key);
+    bundle_end_stay(bundle, true);
     bundle_take_state(bundle);
     bundle->gathered = a;
-    bundle_note_stay(bundle);
 }
 
 void bundle_finish(bundle_t *bundle, uint64_t step)
 {
     bundle_splat(bundle, bundle->current, bundle->gathered, random_step(bundle->key, step));
+    bundle_end_stay(bundle, false);
     bundle->gathered = 0;
-    bundle_note_stay(bundle);
 }
 
 fault_code_t unit_bundle(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
@@ -140,12 +184,11 @@ fault_code_t unit_bundle(work_space_t *space, const work_record_t *record, const
     const settings_t *settings = &space->renderer->settings;
     bundle_t bundle;
     TRY(unit_film(space, fault));
-    bundle_init(&bundle, space, unit_importance(space, record), &result->stats);
+    bundle_init(&bundle, space, unit_importance(space, record), result);
     for (uint64_t i = 0; i < record->count; i++) {
         const uint64_t begin = i * record->mutations / record->count,
                        end = (i + 1) * record->mutations / record->count;
-        TRY(bundle_start(&bundle, random_key(settings->seed, RANDOM_PURPOSE_CHAIN, 0, record->first + i),
-                         record->seeds[i], fault));
+        TRY(bundle_start(&bundle, record->first + i, record->seeds[i], fault));
         for (uint64_t step = 0; step < end - begin; step++) {
             if ((step & 255) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
                 return fault_set(fault, FAULT_CANCELLED, "cancelled");

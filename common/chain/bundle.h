@@ -37,7 +37,9 @@ typedef struct bundle_value {
 typedef struct bundle {
     work_space_t *space;
     work_stats_t *stats;
+    stuck_t *stuck;
     importance_t importance;
+    uint64_t id;                        /* among the chains */
     uint64_t key;                       /* of this chain's random numbers */
     uint32_t camera_count, light_count; /* numbers of the walks */
     double *camera, *light;             /* the current state's */
@@ -47,9 +49,9 @@ typedef struct bundle {
 } bundle_t;
 
 /* Of a space that has a chain's room. */
-void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_stats_t *stats);
-/* Starts from a pilot's candidate. FAULT_RANGE if it carries nothing. */
-fault_code_t bundle_start(bundle_t *bundle, uint64_t key, uint64_t candidate, fault_t *fault);
+void bundle_init(bundle_t *bundle, work_space_t *space, importance_t importance, work_result_t *result);
+/* Starts chain `id` from a pilot's candidate. FAULT_RANGE if it carries nothing. */
+fault_code_t bundle_start(bundle_t *bundle, uint64_t id, uint64_t candidate, fault_t *fault);
 void bundle_step(bundle_t *bundle, uint64_t step);
 /* The last state's weights. */
 void bundle_finish(bundle_t *bundle, uint64_t step);

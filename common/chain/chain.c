@@ -65,6 +65,7 @@ void chain_end_stay(chain_t *chain, bool accepted)
     chain->stay = 0;
     if (!stuck_end_stay(chain->stuck, stay, accepted))
         return;
+    stuck_add_light(chain->stuck, chain->gathered * rgb_luminance(chain->current.color));
     stuck_path_t path = {.length = chain->target->length,
                          .technique = chain->s,
                          .stay = stay,
@@ -105,6 +106,6 @@ bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_
 void chain_finish(chain_t *chain, uint64_t key)
 {
     chain_splat(chain, &chain->current, chain->gathered, key, UNIT_DRAW_ACCEPT + 1);
-    chain->gathered = 0;
     chain_end_stay(chain, false);
+    chain->gathered = 0;
 }

@@ -55,7 +55,8 @@ void chain_splat(chain_t *chain, const target_value_t *value, double weight, uin
 bool chain_decide(chain_t *chain, uint64_t key, uint64_t draw, double a, uint32_t s, const target_value_t *value,
                   chain_streams_t streams, uint32_t camera, uint32_t light);
 
-/* Before the state is left, by an acceptance or with the chain: looks at its stay, which then begins anew. */
+/* Before the state is left, by an acceptance or with the chain, when its weights have been splatted: looks at its
+ * stay, which then begins anew. */
 void chain_end_stay(chain_t *chain, bool accepted);
 
 /* (s, value), whose numbers and walks are in the space, becomes the chain's state; what is gathered stays. */

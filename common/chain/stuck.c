@@ -17,6 +17,19 @@ bool stuck_is(uint64_t stay, uint64_t accepted, uint64_t steps)
     return chance < STUCK_CHANCE;
 }
 
+/* As much as there is room for. */
+static void stuck_sum_light(stuck_t *stuck, uint64_t light)
+{
+    if (__builtin_add_overflow(stuck->light, light, &stuck->light))
+        stuck->light = UINT64_MAX;
+}
+
+void stuck_add_light(stuck_t *stuck, double light)
+{
+    const double scaled = light * STUCK_LIGHT_ONE;
+    stuck_sum_light(stuck, scaled < 0x1p63 ? (uint64_t)(scaled + 0.5) : UINT64_MAX);
+}
+
 /* ---- paths ---- */
 
 /* Vertex i of the path, from the light on. */
@@ -95,6 +108,7 @@ void stuck_add(stuck_t *to, const stuck_t *from)
 {
     to->stays += from->stays;
     to->rejections += from->rejections;
+    stuck_sum_light(to, from->light);
     for (uint32_t i = 0; i < from->count; i++)
         stuck_keep(to, &from->paths[i]);
 }
@@ -116,6 +130,7 @@ void stuck_put(wire_writer_t *out, const stuck_t *stuck)
 {
     wire_put_u64(out, stuck->stays);
     wire_put_u64(out, stuck->rejections);
+    wire_put_u64(out, stuck->light);
     wire_put_u32(out, stuck->count);
     for (uint32_t i = 0; i < stuck->count; i++) {
         const stuck_path_t *path = &stuck->paths[i];
@@ -165,14 +180,18 @@ static fault_code_t stuck_get_path(wire_reader_t *in, stuck_path_t *path, uint32
 
 fault_code_t stuck_get(wire_reader_t *in, stuck_t *stuck, uint32_t max_length)
 {
-    *stuck =
-        (stuck_t){.stays = wire_get_u64(in, "stuck stays"), .rejections = wire_get_u64(in, "stuck rejections")};
+    *stuck = (stuck_t){.stays = wire_get_u64(in, "stuck stays")};
+    stuck->rejections = wire_get_u64(in, "stuck rejections");
+    stuck->light = wire_get_u64(in, "stuck light");
     const uint32_t count = wire_get_u32(in, "stuck paths");
     if (in->code)
         return in->code;
     if (stuck->stays > stuck->rejections / STUCK_LEAST)
         return wire_reader_fail(in, FAULT_RANGE, "stuck stays", "%llu, of %llu rejections",
                                 (unsigned long long)stuck->stays, (unsigned long long)stuck->rejections);
+    if (stuck->light > 0 && stuck->stays == 0)
+        return wire_reader_fail(in, FAULT_RANGE, "stuck light", "%llu of no stay",
+                                (unsigned long long)stuck->light);
     if (count != (stuck->stays < STUCK_PATHS ? stuck->stays : STUCK_PATHS))
         return wire_reader_fail(in, FAULT_FORMAT, "stuck paths", "%u of %llu, at most %d are kept", count,
                                 (unsigned long long)stuck->stays, STUCK_PATHS);

@@ -10,7 +10,10 @@
  * is called so without cause. Stuck stays are not counted in A and N, which tell of chains that move.
  *
  *     stuck_t stuck = {0};                                         one a unit
- *     if (stuck_end_stay(&stuck, rejections, accepted)) ...        describe the path, stuck_keep it
+ *     if (stuck_end_stay(&stuck, rejections, accepted))
+ *         stuck_add_light, describe the path, stuck_keep it
+ *
+ * Chains of all lengths at once are on many paths; the brightest of them stands for the state.
  *
  * Of a unit, and of all units, the STUCK_PATHS longest stays are kept; which these are does not depend on the order
  * in which units are added up. */
@@ -34,6 +37,7 @@ enum {
 };
 
 #define STUCK_CHANCE 1e-6
+#define STUCK_LIGHT_ONE 0x1p20
 
 /* How a path scatters at a vertex. */
 typedef enum stuck_code {
@@ -60,6 +64,7 @@ typedef struct stuck {
     uint64_t steps, accepted;        /* before, without stuck stays: what the criterion knows */
     uint64_t stays;                  /* stuck ones */
     uint64_t rejections;             /* in them, all together */
+    uint64_t light;                  /* that their states added to the film, luminance in 1 / STUCK_LIGHT_ONE */
     uint32_t count;                  /* of paths: the lesser of stays and STUCK_PATHS */
     stuck_path_t paths[STUCK_PATHS]; /* the longest stay first; ties by length and chain */
 } stuck_t;
@@ -81,6 +86,9 @@ static inline bool stuck_end_stay(stuck_t *stuck, uint64_t stay, bool accepted)
     return false;
 }
 
+/* What the state of a stuck stay has added to the film, as luminance there. */
+void stuck_add_light(stuck_t *stuck, double light);
+
 /* Codes of the vertices of the path of this length that technique s made in the space's walks. */
 void stuck_encode(const struct path_space *space, uint32_t length, uint32_t s, uint8_t codes[STUCK_MAX_INNER]);
 
@@ -94,8 +102,8 @@ void stuck_add(stuck_t *to, const stuck_t *from);
  * for diffuse, glossy and specular reflection, Dt, Gt and St for the same through the surface. */
 void stuck_print(const stuck_path_t *path, char text[STUCK_TEXT]);
 
-/* Layout: u64 stays, rejections; u32 count and that many paths: u32 length, technique; u64 stay, chain; f64 x, y,
- * c; u8 code of each inner vertex. What was stuck alone, not what the criterion knows. */
+/* Layout: u64 stays, rejections, light; u32 count and that many paths: u32 length, technique; u64 stay, chain; f64
+ * x, y, c; u8 code of each inner vertex. What was stuck alone, not what the criterion knows. */
 void stuck_put(wire_writer_t *out, const stuck_t *stuck);
 /* Hostile bytes; lengths to max_length. */
 fault_code_t stuck_get(wire_reader_t *in, stuck_t *stuck, uint32_t max_length);

@@ -141,7 +141,7 @@ typedef struct work_result {
      * such entries in a row. */
     uint32_t moment_count;
     work_moments_t *moments;
-    stuck_t stuck;         /* chains of one length */
+    stuck_t stuck;         /* chains */
     uint32_t weight_count; /* pilot: K for each candidate: the sum of C_s over the techniques of length k = 1..K;
                               then K x WORK_BLOCKS: their sums over candidates by length and block of the image;
                               then K: the rays that paths of each length take beyond those of shorter ones */

@@ -17,7 +17,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 7 };
+enum { WORK_CODEC_VERSION = 8 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -442,12 +442,12 @@ static fault_code_t result_get_stuck(wire_reader_t *in, work_result_t *result, c
 {
     stuck_t *stuck = &result->stuck;
     TRY(stuck_get(in, stuck, max_path_length));
-    if (stuck->rejections > (work_runs_chains(record->kind) && record->length > 0 ? record->mutations : 0))
+    if (stuck->rejections > (work_runs_chains(record->kind) ? record->mutations : 0))
         return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations",
                                 (unsigned long long)stuck->rejections, (unsigned long long)record->mutations);
     for (uint32_t i = 0; i < stuck->count; i++)
-        if (stuck->paths[i].length != record->length || stuck->paths[i].chain < record->first ||
-            stuck->paths[i].chain - record->first >= record->count ||
+        if ((record->length > 0 && stuck->paths[i].length != record->length) ||
+            stuck->paths[i].chain < record->first || stuck->paths[i].chain - record->first >= record->count ||
             stuck->paths[i].stay > result->stats.longest_stay)
             return wire_reader_fail(in, FAULT_RANGE, "stuck paths", "%u is not of the unit's chains", i);
     return FAULT_NONE;

@@ -28,7 +28,7 @@ void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k
     wire_put_u64(out, length->merged);
     wire_put_u64(out, length->zero_proposals);
     wire_put_u64(out, length->longest_stay);
-    wire_put_u64(out, length->stuck_rejections);
+    wire_put_u64(out, length->stuck_light);
     wire_put_f64(out, length->cpu_seconds);
     for (int i = 0; i < WORK_MOVES; i++) {
         wire_put_u64(out, length->proposed[i]);
@@ -57,7 +57,7 @@ void plan_length_get(wire_reader_t *in, plan_length_t *length, uint32_t k)
     length->merged = wire_get_u64(in, "merged");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");
     length->longest_stay = wire_get_u64(in, "longest_stay");
-    length->stuck_rejections = wire_get_u64(in, "stuck rejections");
+    length->stuck_light = wire_get_u64(in, "stuck light");
     length->cpu_seconds = wire_get_f64(in, "cpu_seconds");
     for (int i = 0; i < WORK_MOVES; i++) {
         length->proposed[i] = wire_get_u64(in, "proposed");

@@ -45,13 +45,14 @@ typedef struct plan_length {
     plan_moments_t samples[PATH_MAX_VERTICES + 1], large_steps[PATH_MAX_VERTICES + 1];
     uint64_t proposed[WORK_MOVES];
     exact_sum_t accepted[WORK_MOVES];
-    uint64_t zero_proposals, longest_stay, stuck_rejections;
+    uint64_t zero_proposals, longest_stay;
+    uint64_t stuck_light;                /* as of stuck_t */
     uint64_t failed[WORK_FAILED_BLOCKS]; /* failures = published */
     double cpu_seconds;
 } plan_length_t;
 
 /* Of lengths[k], what is neither an array nor follows from the list of units. Layout: f64 b, need, light; u64
- * units in, merged, zero proposals, longest stay, stuck rejections; f64 CPU seconds; by move u64 proposed, accepted
+ * units in, merged, zero proposals, longest stay, stuck light; f64 CPU seconds; by move u64 proposed, accepted
  * (exact.h); u64 failed in every block; k + 1 f64 techniques; for k + 2 estimators those of samples and of large
  * steps, f64 n, then sum and sum2 (exact.h). */
 void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k);

@@ -240,7 +240,7 @@ json_t *plan_report(const plan_t *plan)
         json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);
         json_add(root, "samples", samples);
     }
-    if (plan_is_chains(plan) && !plan_is_whole(plan))
+    if (plan_is_chains(plan))
         json_add(root, "stuck", plan_stuck_json(plan));
     json_t *pilot = json_new_object();
     json_add_number(pilot, "candidates", (double)plan->candidates);

@@ -5,37 +5,48 @@
 
 void plan_stuck_absorb(plan_t *plan, const work_record_t *record, const work_result_t *result)
 {
-    plan->lengths[record->length].stuck_rejections += result->stuck.rejections;
+    stuck_t light = {.light = plan->lengths[record->length].stuck_light};
+    stuck_add(&light, &(stuck_t){.light = result->stuck.light});
+    plan->lengths[record->length].stuck_light = light.light;
     stuck_add(&plan->stuck, &result->stuck);
 }
 
 fault_code_t plan_stuck_check(const plan_t *plan, wire_reader_t *in)
 {
-    uint64_t rejections = 0;
+    uint64_t mutations = 0;
+    stuck_t light = {0};
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
         const plan_length_t *length = &plan->lengths[k];
-        if (length->stuck_rejections > (k == 0 ? 0 : length->merged))
-            return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations of length %u",
-                                    (unsigned long long)length->stuck_rejections,
-                                    (unsigned long long)length->merged, k);
-        rejections += length->stuck_rejections;
+        if (length->stuck_light > 0 && (length->merged == 0 || plan_is_samples(plan, k)))
+            return wire_reader_fail(in, FAULT_RANGE, "stuck light", "%llu of length %u, which has no chains",
+                                    (unsigned long long)length->stuck_light, k);
+        mutations += plan_is_samples(plan, k) ? 0 : length->merged;
+        stuck_add(&light, &(stuck_t){.light = length->stuck_light});
     }
-    if (rejections != plan->stuck.rejections)
-        return wire_reader_fail(in, FAULT_FORMAT, "stuck rejections", "%llu, of all lengths %llu",
-                                (unsigned long long)plan->stuck.rejections, (unsigned long long)rejections);
+    if (plan->stuck.rejections > mutations)
+        return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations",
+                                (unsigned long long)plan->stuck.rejections, (unsigned long long)mutations);
+    if (light.light != plan->stuck.light)
+        return wire_reader_fail(in, FAULT_FORMAT, "stuck light", "%llu, of all lengths %llu",
+                                (unsigned long long)plan->stuck.light, (unsigned long long)light.light);
     return FAULT_NONE;
 }
 
-/* Light that was splatted by stuck states over all light: of length k, b_k rejections / mutations. */
+/* Light of the image that stuck states were splatted for, over all of it. */
 static double plan_stuck_weight(const plan_t *plan)
 {
-    double stuck = 0, all = 0, error;
-    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
-        const plan_length_t *length = &plan->lengths[k];
-        const double b = plan_length_b(plan, k, &error);
-        all += plan_splits(plan) ? length->light : b;
-        if (length->merged > 0)
-            stuck += b * (double)length->stuck_rejections / (double)length->merged;
+    plan_pixels_t pixels;
+    double stuck = 0, all = 0;
+    plan_pixels_init(&pixels, plan);
+    for (uint32_t i = 0; i < pixels.count; i++) {
+        double light = 0;
+        for (size_t p = 0; p < plan->pixels; p++) {
+            const int64_t *sum = pixels.sums[i] + FILM_CHANNELS * p;
+            light += rgb_luminance(rgb((double)sum[0], (double)sum[1], (double)sum[2]));
+        }
+        all += pixels.factor[i] * light;
+        stuck +=
+            pixels.factor[i] * FILM_ONE * ((double)plan->lengths[pixels.lengths[i]].stuck_light / STUCK_LIGHT_ONE);
     }
     return all > 0 ? stuck / all : NAN;
 }

@@ -8,7 +8,7 @@
 
 struct plan;
 
-/* Takes in what a unit of chains of one length found. */
+/* Takes in what a unit of chains found. */
 void plan_stuck_absorb(struct plan *plan, const work_record_t *record, const work_result_t *result);
 
 /* Of a restored plan, whose counts by length are known: they add up, and are of lengths that have chains. */

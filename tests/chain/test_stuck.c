@@ -12,6 +12,8 @@
 #include "base/random.h"
 #include "chain/stuck.h"
 #include "plan/plan_fixture.h"
+#include "plan/plan_state.h"
+#include "plan/plan_stuck.h"
 #include "transport/load.h"
 
 /* Stays of a chain that accepts with probability p each time, drawn by inversion. */
@@ -50,19 +52,26 @@ static void the_criterion_is_the_rule_of_succession(void **state)
     assert_true(stuck_is(133, 100000, 1000000));  /* 0.9^133 = 8.2e-7 */
 }
 
-static json_t *report_of(const char *scene_name, uint8_t **image, size_t *size)
+/* The report after a render, which is the same after a checkpoint. */
+static json_t *report_of(const char *scene_name, const char *algorithm, double mutations_per_pixel)
 {
-    const job_t job = plan_fixture_job("{'scene':'x','algorithm':'mmlt','max_path_length':5,'seed':4,"
-                                       "'stop':{'mutations_per_pixel':400}}");
+    char text[256];
+    snprintf(text, sizeof text,
+             "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'stop':{'mutations_per_pixel':%g}}",
+             algorithm, mutations_per_pixel);
+    const job_t job = plan_fixture_job(text);
     const scene_t *scene = load_scene(scene_name);
+    uint8_t *image = NULL;
+    size_t size;
     plan_worker_t worker;
     plan_worker_make(&worker, &job, scene);
     plan_t *plan = plan_fixture_new(&job, scene), *again = NULL;
     plan_fixture_run(plan, &worker, 0.25);
     json_t *report = plan_report(plan);
     fault_t fault = {0};
-    if (plan_save(plan, image, size, &fault) || plan_restore(&again, &job, scene, *image, *size, &fault))
+    if (plan_save(plan, &image, &size, &fault) || plan_restore(&again, &job, scene, image, size, &fault))
         fail_msg("%s", fault.text);
+    free(image);
     json_t *restored = plan_report(again);
     const json_t *a = json_get(report, "stuck"), *b = json_get(restored, "stuck");
     assert_true(json_number(json_get(a, "chains")) == json_number(json_get(b, "chains")));
@@ -79,22 +88,19 @@ static json_t *report_of(const char *scene_name, uint8_t **image, size_t *size)
 static void a_diffuse_room_has_none(void **state)
 {
     (void)state;
-    uint8_t *data;
-    size_t size;
-    json_t *report = report_of("diffuse", &data, &size);
-    const json_t *stuck = json_get(report, "stuck");
-    assert_true(json_number(json_get(stuck, "chains")) == 0 && json_number(json_get(stuck, "weight")) == 0);
-    assert_int_equal(json_size(json_get(stuck, "paths")), 0);
-    json_destroy(&report);
-    free(data);
+    static const char *const algorithms[] = {"mmlt", "pssmlt"};
+    for (int a = 0; a < 2; a++) {
+        json_t *report = report_of("diffuse", algorithms[a], 100);
+        const json_t *stuck = json_get(report, "stuck");
+        assert_true(json_number(json_get(stuck, "chains")) == 0 && json_number(json_get(stuck, "weight")) == 0);
+        assert_int_equal(json_size(json_get(stuck, "paths")), 0);
+        json_destroy(&report);
+    }
 }
 
-static void paths_that_are_hard_to_leave_are_told_of(void **state)
+static void check_paths(const char *algorithm, double mutations_per_pixel)
 {
-    (void)state;
-    uint8_t *data;
-    size_t size;
-    json_t *report = report_of("stuck", &data, &size);
+    json_t *report = report_of("stuck", algorithm, mutations_per_pixel);
     const json_t *stuck = json_get(report, "stuck"), *paths = json_get(stuck, "paths");
     const double chains = json_number(json_get(stuck, "chains")), weight = json_number(json_get(stuck, "weight"));
     if (!(chains > 0 && weight > 0 && weight < 1))
@@ -123,7 +129,58 @@ static void paths_that_are_hard_to_leave_are_told_of(void **state)
     if (!strpbrk(longest, "GS"))
         fail_msg("stuck longest on diffuse surfaces alone: %s", longest);
     json_destroy(&report);
-    free(data);
+}
+
+static void paths_that_are_hard_to_leave_are_told_of(void **state)
+{
+    (void)state;
+    check_paths("mmlt", 400);
+    check_paths("pssmlt", 100); /* the brightest path of a state */
+}
+
+static double image_light(const plan_t *plan)
+{
+    image_t image;
+    fault_t fault = {0};
+    double light = 0;
+    if (plan_image(plan, &image, &fault))
+        fail_msg("%s", fault.text);
+    for (size_t p = 0; p < plan->pixels; p++)
+        light += rgb_luminance(rgb(image.data[p], image.data[plan->pixels + p], image.data[2 * plan->pixels + p]));
+    image_clear(&image);
+    return light;
+}
+
+/* Were all that chains added to their films stuck, the weight is the chains' share of the image: with importance,
+ * and where samples bring the rest. (The image is of floats: 1e-5.) */
+static void the_weight_is_of_the_image(void **state)
+{
+    (void)state;
+    const job_t job = plan_fixture_job("{'scene':'x','algorithm':'rjmlt','max_path_length':5,'seed':4,"
+                                       "'chains':{'equalize':1,'split':20},'stop':{'mutations_per_pixel':100}}");
+    const scene_t *scene = load_scene("stuck");
+    plan_worker_t worker;
+    plan_worker_make(&worker, &job, scene);
+    plan_t *plan = plan_fixture_new(&job, scene);
+    plan_fixture_run(plan, &worker, 0.25);
+    assert_true(plan->has_importance && plan->has_caps);
+    for (uint32_t k = 1; k <= 5; k++) {
+        const film_t *film = &plan->lengths[k].film;
+        double light = 0;
+        for (uint32_t p = 0; film->sums && p < plan->pixels; p++)
+            light += rgb_luminance(film_value(film, p % film->width, p / film->width));
+        plan->lengths[k].stuck_light = (uint64_t)(light * STUCK_LIGHT_ONE + 0.5);
+    }
+    json_t *stuck = plan_stuck_json(plan);
+    const double weight = json_number(json_get(stuck, "weight")), all = image_light(plan);
+    memset(plan->lengths[0].film.sums, 0, sizeof(int64_t) * FILM_CHANNELS * plan->pixels);
+    const double expected = image_light(plan) / all;
+    if (!(expected > 0.02 && expected < 0.98 && fabs(weight - expected) <= 1e-5))
+        fail_msg("%g, expected %g", weight, expected);
+    json_destroy(&stuck);
+    plan_destroy(&plan);
+    plan_worker_clear(&worker);
+    load_clear();
 }
 
 static stuck_path_t some_path(uint64_t i)
@@ -149,6 +206,7 @@ static void sums_are_free_of_order(void **state)
         const stuck_path_t path = some_path(i);
         units[i / 5].stays++;
         units[i / 5].rejections += path.stay;
+        stuck_add_light(&units[i / 5], 0.75 * (double)path.stay);
         stuck_keep(&units[i / 5], &path);
     }
     for (int i = 0; i < 6; i++) {
@@ -169,6 +227,10 @@ static void sums_are_free_of_order(void **state)
     assert_int_equal(stuck_get(&in, &back, 3), FAULT_NONE);
     assert_int_equal(wire_reader_end(&in), FAULT_NONE);
     assert_true(back.stays == 30 && back.rejections == forward.rejections && back.count == STUCK_PATHS);
+    assert_true((double)back.light == 0.75 * (double)back.rejections * STUCK_LIGHT_ONE);
+    stuck_add_light(&forward, 1e300);
+    stuck_add(&forward, &backward); /* as much as there is room for */
+    assert_true(forward.light == UINT64_MAX);
     wire_reader_init(&in, bytes[0], out.at, "stuck", NULL); /* a length too many */
     assert_int_equal(stuck_get(&in, &back, 2), FAULT_RANGE);
     for (size_t size = 0; size < out.at; size++) {
@@ -198,6 +260,7 @@ int main(void)
         cmocka_unit_test(the_criterion_is_the_rule_of_succession),
         cmocka_unit_test(a_diffuse_room_has_none),
         cmocka_unit_test(paths_that_are_hard_to_leave_are_told_of),
+        cmocka_unit_test(the_weight_is_of_the_image),
         cmocka_unit_test(sums_are_free_of_order),
         cmocka_unit_test(the_longest_path_fits_its_text),
     };
