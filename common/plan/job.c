@@ -231,7 +231,8 @@ static fault_code_t job_read(job_t *job, const json_t *root, fault_t *fault)
     TRY(json_read_int_or(root, "", "max_path_length", 1, PATH_MAX_LENGTH, &length, fault));
     TRY(json_read_u64_or(root, "", "seed", &settings->seed, fault));
     TRY(job_read_choice(root, "", "target", target_names, 2, &target, fault));
-    if (algorithm == JOB_AUTO)
+    job->automatic = algorithm == JOB_AUTO;
+    if (job->automatic)
         settings_auto(settings);
     else
         settings->algorithm = (settings_algorithm_t)algorithm;
@@ -273,7 +274,7 @@ char *job_print(const job_t *job)
     if (s->filter_radius > 0)
         json_add_number(film, "filter_radius", s->filter_radius);
     json_add(root, "film", film);
-    json_add_string(root, "algorithm", settings_algorithm_name(s->algorithm));
+    json_add_string(root, "algorithm", job->automatic ? "auto" : settings_algorithm_name(s->algorithm));
     if (s->max_path_length)
         json_add_number(root, "max_path_length", s->max_path_length);
     json_add_u64(root, "seed", s->seed);

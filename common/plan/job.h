@@ -23,6 +23,7 @@ typedef struct job_stop {
 typedef struct job {
     char scene[JOB_PATH_SIZE]; /* as written; relative to the job file's folder */
     settings_t settings;
+    bool automatic;  /* the algorithm is "auto", or none is named */
     job_stop_t stop; /* at least one rule; {"seconds": 30} if the job names none */
     char image[JOB_PATH_SIZE], preview[JOB_PATH_SIZE], report[JOB_PATH_SIZE], page[JOB_PATH_SIZE];
     /* of outputs; empty: not wanted. Default: image "image.exr" alone */

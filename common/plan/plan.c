@@ -13,6 +13,7 @@
 #include "plan/plan_strata.h"
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
+#include "plan/techniques.h"
 
 /* Refuses what the scene cannot give before any work is done. */
 static fault_code_t plan_check_scene(const scene_t *scene, fault_t *fault)
@@ -38,6 +39,8 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     fault_code_t code = renderer_complete_settings(&plan->settings, scene, fault);
     if (!code)
         code = effects_check(scene, &plan->settings, fault);
+    if (!code)
+        code = techniques_check(scene, &plan->settings, job->automatic, fault);
     if (code)
         goto cleanup;
     const settings_t *s = &plan->settings;

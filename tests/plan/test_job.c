@@ -269,6 +269,7 @@ static void assert_round_trip(const job_t *job)
     assert_true(job->stop.mutations_per_pixel == back.stop.mutations_per_pixel &&
                 job->stop.seconds == back.stop.seconds && job->stop.error == back.stop.error &&
                 job->preview_exposure == back.preview_exposure);
+    assert_int_equal(job->automatic, back.automatic);
     assert_string_equal(job->scene, back.scene);
     assert_string_equal(job->image, back.image);
     assert_string_equal(job->preview, back.preview);
@@ -302,6 +303,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         snprintf(job.image, sizeof job.image, "%s%d", coin() ? "i\\\\" : "", i);
         snprintf(job.preview, sizeof job.preview, "%.*s", coin() ? 5 : 0, "p.png");
         s->algorithm = (settings_algorithm_t)number(0, SETTINGS_ALGORITHMS);
+        job.automatic = s->algorithm == least.settings.algorithm && coin();
         s->width = coin() ? (uint32_t)number(1, 32768) : 0;
         s->height = coin() ? (uint32_t)number(1, 32768) : 0;
         s->filter = (int32_t)number(0, 4) - 1;
