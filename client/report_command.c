@@ -20,9 +20,8 @@ static const char usage[] =
     "\n"
     "  --image FILE             the image for the page: PNG as it is, OpenEXR or PFM as PNG\n"
     "  -o FILE, --output FILE   one HTML page with the picture and plots, which needs nothing else\n"
-    "  --csv FOLDER             history.csv, lengths.csv, moves.csv, techniques.csv, effects.csv, into FOLDER "
-    "(made if "
-    "missing)\n";
+    "  --csv FOLDER             history.csv, lengths.csv, moves.csv, techniques.csv, regions.csv,\n"
+    "                           effects.csv, into FOLDER (made if missing)\n";
 
 /* A PNG file as it is, any other image as one. */
 static fault_code_t read_picture(page_picture_t *picture, uint8_t **data, const char *path, fault_t *fault)

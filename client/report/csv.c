@@ -59,7 +59,9 @@ static void put_lengths(FILE *out, const report_t *report)
         put_number(out, k->chains, ",");
         put_number(out, k->cpu_seconds, ",");
         put_number(out, k->zero_contribution, ",");
-        put_number(out, k->longest_stay, LINE_END);
+        put_number(out, k->longest_stay, ",");
+        put_number(out, k->light, ",");
+        put_number(out, k->cap, LINE_END);
     }
 }
 
@@ -105,6 +107,17 @@ static void put_effects(FILE *out, const report_t *report)
     }
 }
 
+static void put_regions(FILE *out, const report_t *report)
+{
+    for (uint32_t i = 0; i < report->region_columns * report->region_rows; i++) {
+        put_number(out, i / report->region_columns + 1, ",");
+        put_number(out, i % report->region_columns + 1, ",");
+        put_number(out, report->regions[i].luminance, ",");
+        put_number(out, report->regions[i].low, ",");
+        put_number(out, report->regions[i].high, LINE_END);
+    }
+}
+
 static const struct {
     const char *name, *columns;
     void (*put)(FILE *out, const report_t *report);
@@ -112,10 +125,12 @@ static const struct {
     [CSV_HISTORY] = {"history.csv", "seconds,cpu_seconds,mutations,relmse,error", put_history},
     [CSV_LENGTHS] =
         {"lengths.csv",
-         "length,b,b_standard_error,relmse,share,mutations,chains,cpu_seconds,zero_contribution,longest_stay",
+         "length,b,b_standard_error,relmse,share,mutations,chains,cpu_seconds,zero_contribution,longest_stay,"
+         "light,cap",
          put_lengths},
     [CSV_MOVES] = {"moves.csv", "length,move,proposed,acceptance", put_moves},
     [CSV_TECHNIQUES] = {"techniques.csv", "length,s,t,value,standard_error", put_techniques},
+    [CSV_REGIONS] = {"regions.csv", "row,column,luminance,low,high", put_regions},
     [CSV_EFFECTS] = {"effects.csv", "name,state,reason,energy,consequence", put_effects},
 };
 

@@ -17,6 +17,7 @@ typedef enum csv_table {
     CSV_LENGTHS,
     CSV_MOVES,
     CSV_TECHNIQUES,
+    CSV_REGIONS,
     CSV_EFFECTS,
     CSV_TABLES
 } csv_table_t;

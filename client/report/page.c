@@ -49,6 +49,8 @@ static void page_sections(page_t *page)
     page_light(page);
     page_time(page);
     page_groups(page);
+    page_regions(page);
+    page_bias(page);
     page_moves(page);
     page_techniques(page);
     page_effects(page);

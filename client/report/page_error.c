@@ -249,12 +249,30 @@ static void put_law_words(page_t *page)
     if (!isfinite(report->law_a + report->law_c + report->law_p))
         return;
     page_put(page, "<p>The law fitted to the estimates: error = ");
-    page_say_number(page, PAGE_NUMBER, report->law_a);
-    page_put(page, " + ");
+    if (report->law_a != 0) {
+        page_say_number(page, PAGE_NUMBER, report->law_a);
+        page_put(page, " + ");
+    }
     page_say_number(page, PAGE_NUMBER, report->law_c);
     page_put(page, " t<sup>\xe2\x88\x92");
     page_say_number(page, PAGE_NUMBER, report->law_p);
-    page_put(page, "</sup>, t in seconds of processor time.</p>\n");
+    page_put(page, "</sup>, t in seconds of processor time");
+    if (report_number(report, "prediction", "workers") > 0) {
+        page_put(page, ", of which there were ");
+        page_say_number(page, PAGE_NUMBER, report_number(report, "prediction", "workers"));
+        page_put(page, " a second of wall clock");
+    }
+    page_put(page, ".</p>\n");
+}
+
+/* Where the variances come from. */
+static void put_method(page_t *page)
+{
+    if (!report_text(page->report, "error", "method"))
+        return;
+    page_put(page, "<p>Estimates: ");
+    page_say(page, report_text(page->report, "error", "method"));
+    page_put(page, ".</p>\n");
 }
 
 /* What the prediction was worth: made after a tenth of the time, told what came. */
@@ -337,6 +355,7 @@ void page_error(page_t *page)
     } else {
         page_put(page, "<p>No estimate of the error was made while the render ran.</p>\n");
     }
+    put_method(page);
     put_law_words(page);
     put_first_tenth(page);
     put_targets_table(page);

@@ -1,74 +1,96 @@
 /* page_lengths.c: what paths of each length bring and cost. */
 #include <math.h>
-#include <stddef.h>
 
 #include "client/report/page_parts.h"
 
 enum { WIDTH = 520, HEIGHT = 270 };
 
-/* A series of the plot by length: a field's share of its sum. */
-typedef struct series {
+enum { SERIES = 3, ERROR = 0, TIME, LIGHT };
+
+static const struct {
     const char *name, *colour;
-    size_t field;
-    double sum; /* 0: nothing is known of it */
-} series_t;
+} series[SERIES] = {[ERROR] = {"error (relMSE)", "var(--c2)"},
+                    [TIME] = {"processor time", "var(--c1)"},
+                    [LIGHT] = {"light", "var(--c5)"}};
 
-enum { SERIES = 3 };
+/* What the bars show: a column for each length, and one for the samples beside chains if there are any. */
+typedef struct columns {
+    double values[REPORT_MAX_LENGTHS + 1][SERIES];
+    double sums[SERIES]; /* 0: nothing is known of it */
+    uint32_t count;
+    bool samples; /* the last is theirs */
+} columns_t;
 
-static double field_of(const report_length_t *length, size_t field)
+/* All light of a length, whoever brings it. */
+static double light_of(const report_length_t *length)
 {
-    return *(const double *)(const void *)((const char *)length + field);
+    return isfinite(length->light) ? length->light : length->b;
 }
 
-static void find_series(series_t series[SERIES], const report_t *report)
+static void columns_of(columns_t *columns, const report_t *report)
 {
-    series[0] = (series_t){"error (relMSE)", "var(--c2)", offsetof(report_length_t, relmse), 0};
-    series[1] = (series_t){"processor time", "var(--c1)", offsetof(report_length_t, cpu_seconds), 0};
-    series[2] = (series_t){"light", "var(--c5)", offsetof(report_length_t, b), 0};
-    for (int i = 0; i < SERIES; i++) {
-        series[i].sum = report_sum(report, series[i].field);
-        if (!isfinite(series[i].sum))
-            series[i].sum = 0;
+    *columns =
+        (columns_t){.count = report->length_count, .samples = report_number(report, "samples", "samples") > 0};
+    for (uint32_t i = 0; i < report->length_count; i++) {
+        const report_length_t *k = &report->lengths[i];
+        columns->values[i][ERROR] = k->relmse;
+        columns->values[i][TIME] = k->cpu_seconds;
+        columns->values[i][LIGHT] = light_of(k);
+    }
+    if (columns->samples) {
+        double *last = columns->values[columns->count++];
+        last[ERROR] = report_number(report, "samples", "relmse");
+        last[TIME] = report_number(report, "samples", "cpu_seconds");
+        last[LIGHT] = NAN; /* it is in the lengths */
+    }
+    for (int s = 0; s < SERIES; s++) {
+        for (uint32_t i = 0; i < columns->count; i++)
+            if (columns->values[i][s] > 0)
+                columns->sums[s] += columns->values[i][s];
+        if (!isfinite(columns->sums[s]))
+            columns->sums[s] = 0;
     }
 }
 
-static double largest_share(const series_t series[SERIES], const report_t *report)
+static double largest_share(const columns_t *columns)
 {
     double most = 0;
-    for (int i = 0; i < SERIES; i++)
-        for (uint32_t j = 0; series[i].sum > 0 && j < report->length_count; j++)
-            most = fmax(most, field_of(&report->lengths[j], series[i].field) / series[i].sum);
+    for (int s = 0; s < SERIES; s++)
+        for (uint32_t i = 0; columns->sums[s] > 0 && i < columns->count; i++)
+            most = fmax(most, columns->values[i][s] / columns->sums[s]);
     return most;
 }
 
-static void put_bars(svg_t *svg, const svg_panel_t *panel, const series_t series[SERIES], const report_t *report)
+static void put_bars(svg_t *svg, const svg_panel_t *panel, const columns_t *columns, const report_t *report)
 {
     int shown = 0, at = 0;
-    for (int i = 0; i < SERIES; i++)
-        shown += series[i].sum > 0;
-    const double cell = panel->width / report->length_count, bar = 0.78 * cell / fmax(1, shown);
-    for (int i = 0; i < SERIES; i++) {
-        if (!(series[i].sum > 0))
+    for (int s = 0; s < SERIES; s++)
+        shown += columns->sums[s] > 0;
+    const double cell = panel->width / columns->count, bar = 0.78 * cell / fmax(1, shown);
+    for (int s = 0; s < SERIES; s++) {
+        if (!(columns->sums[s] > 0))
             continue;
-        for (uint32_t j = 0; j < report->length_count; j++) {
-            const double share = field_of(&report->lengths[j], series[i].field) / series[i].sum;
-            char number[PAGE_NUMBER_SIZE], text[PAGE_NUMBER_SIZE + 64];
+        for (uint32_t i = 0; i < columns->count; i++) {
+            const double share = columns->values[i][s] / columns->sums[s];
+            char number[PAGE_NUMBER_SIZE], name[32] = "samples", text[PAGE_NUMBER_SIZE + 64];
             if (!(share > 0))
                 continue;
-            snprintf(text, sizeof text, "length %.0f: %s of the %s", report->lengths[j].length,
-                     page_number(number, PAGE_PERCENT, share), series[i].name);
+            if (i < report->length_count)
+                snprintf(name, sizeof name, "length %.0f", report->lengths[i].length);
+            snprintf(text, sizeof text, "%s: %s of the %s", name, page_number(number, PAGE_PERCENT, share),
+                     series[s].name);
             const double top = svg_place_y(panel, share);
-            svg_rect(svg, panel->left + cell * j + 0.11 * cell + bar * at, top, fmax(0.5, bar - 1),
-                     panel->top + panel->height - top, series[i].colour, 1, text);
+            svg_rect(svg, panel->left + cell * i + 0.11 * cell + bar * at, top, fmax(0.5, bar - 1),
+                     panel->top + panel->height - top, series[s].colour, 1, text);
         }
         at++;
     }
 }
 
-/* Numbers below the bars, as many as there is room for. */
-static void put_length_numbers(svg_t *svg, const svg_panel_t *panel, const report_t *report)
+/* Numbers below the columns, as many as there is room for; `columns`: as many as share the width. */
+static void put_length_numbers(svg_t *svg, const svg_panel_t *panel, const report_t *report, uint32_t columns)
 {
-    const double cell = panel->width / report->length_count;
+    const double cell = panel->width / columns;
     const uint32_t step = (uint32_t)ceil(18 / cell);
     for (uint32_t j = 0; j < report->length_count; j += step) {
         char text[32];
@@ -76,6 +98,9 @@ static void put_length_numbers(svg_t *svg, const svg_panel_t *panel, const repor
         svg_text_in(svg, panel->left + cell * (j + 0.5), panel->top + panel->height + 14, "middle", 10.5,
                     "var(--muted)", text);
     }
+    if (columns > report->length_count)
+        svg_text_in(svg, panel->left + panel->width, panel->top + panel->height + 14, "end", 10.5, "var(--muted)",
+                    "samples");
 }
 
 static void put_percents(svg_t *svg, const svg_panel_t *panel)
@@ -87,29 +112,29 @@ static void put_percents(svg_t *svg, const svg_panel_t *panel)
     }
 }
 
-static void put_shares_plot(page_t *page, const series_t series[SERIES])
+static void put_shares_plot(page_t *page, const columns_t *columns)
 {
     const report_t *report = page->report;
     char text[160];
     snprintf(text, sizeof text,
-             "For each of %u path lengths its share of the error, of the time and of the light, "
+             "For each of %u path lengths%s its share of the error, of the time and of the light, "
              "as bars; the table below has the numbers.",
-             report->length_count);
+             report->length_count, columns->samples ? " and for the samples" : "");
     svg_t *svg = svg_new_embedded(WIDTH, HEIGHT, "lengths-plot", "Error, time and light by path length", text);
     const svg_panel_t panel = {.left = 40,
                                .top = 34,
                                .width = WIDTH - 50,
                                .height = HEIGHT - 76,
                                .x1 = 1,
-                               .y1 = fmin(1, 1.08 * largest_share(series, report)),
+                               .y1 = fmin(1, 1.08 * largest_share(columns)),
                                .linear_x = true,
                                .linear_y = true};
     put_percents(svg, &panel);
-    put_bars(svg, &panel, series, report);
-    put_length_numbers(svg, &panel, report);
+    put_bars(svg, &panel, columns, report);
+    put_length_numbers(svg, &panel, report, columns->count);
     double x = panel.left;
     for (int i = 0; i < SERIES; i++)
-        if (series[i].sum > 0) {
+        if (columns->sums[i] > 0) {
             svg_rect(svg, x, 8, 11, 11, series[i].colour, 1, "");
             svg_text(svg, x + 16, 18, "start", 12, series[i].name);
             x += i == 0 ? 128 : 124;
@@ -120,16 +145,15 @@ static void put_shares_plot(page_t *page, const series_t series[SERIES])
 
 static void put_lengths_table(page_t *page)
 {
-    static const page_column_t columns[] = {{"Length", false}, {"Light b", false},       {"relMSE", false},
-                                            {"Share", false},  {"Mutations", false},     {"Time", false},
-                                            {"Chains", false}, {"Without light", false}, {"Longest stay", false}};
+    static const page_column_t columns[] = {{"Length", false},        {"relMSE", false},      {"Share", false},
+                                            {"Mutations", false},     {"Time", false},        {"Chains", false},
+                                            {"Without light", false}, {"Longest stay", false}};
     const report_t *report = page->report;
     page_table(page, "Numbers by path length", columns, sizeof columns / sizeof columns[0], true);
     for (uint32_t i = 0; i < report->length_count; i++) {
         const report_length_t *k = &report->lengths[i];
         page_row(page);
         page_cell_number(page, PAGE_COUNT, k->length);
-        page_cell_number(page, PAGE_NUMBER, k->b);
         page_cell_number(page, PAGE_NUMBER, k->relmse);
         page_cell_number(page, PAGE_PERCENT, k->share);
         page_cell_number(page, PAGE_COUNT, k->mutations);
@@ -139,56 +163,75 @@ static void put_lengths_table(page_t *page)
         page_cell_number(page, PAGE_COUNT, k->longest_stay);
         page_row_end(page);
     }
+    if (report_number(report, "samples", "samples") > 0) {
+        page_row(page);
+        page_cell_text(page, "samples");
+        page_cell_number(page, PAGE_NUMBER, report_number(report, "samples", "relmse"));
+        page_cell_number(page, PAGE_PERCENT, report_number(report, "samples", "share"));
+        page_cell_number(page, PAGE_COUNT, report_number(report, "samples", "samples"));
+        page_cell_number(page, PAGE_SECONDS, report_number(report, "samples", "cpu_seconds"));
+        for (int i = 0; i < 3; i++)
+            page_cell_number(page, PAGE_COUNT, NAN);
+        page_row_end(page);
+    }
     page_table_end(page, true);
 }
 
-/* Of samples beside the chains no time is known by length. */
+/* Of samples beside the chains. */
 static void put_samples_words(page_t *page)
 {
-    const report_t *report = page->report;
-    const double samples = report_number(report, "samples", "samples"),
-                 seconds = report_number(report, "samples", "cpu_seconds");
+    const double samples = report_number(page->report, "samples", "samples");
     if (!(samples > 0))
         return;
     page_put(page, "<p>Beside the chains ");
     page_say_number(page, PAGE_COUNT, samples);
-    page_put(page, " independent samples brought what they find easily");
-    if (isfinite(seconds)) {
-        page_put(page, ", in ");
-        page_say_number(page, PAGE_SECONDS, seconds);
-        page_put(page, " of processor time; the times by length are those of the chains");
-    }
-    page_put(page, ".</p>\n");
+    page_put(page, " independent samples of all lengths brought what they find easily: the last column.</p>\n");
 }
 
 void page_lengths(page_t *page)
 {
-    series_t series[SERIES];
+    columns_t columns;
     if (page->report->length_count == 0)
         return;
     page_section(page, "lengths", "half", "By path length");
-    find_series(series, page->report);
+    columns_of(&columns, page->report);
     page_put(page, "<p>Where the error comes from, and where the time goes.%s</p>\n",
-             series[0].sum > 0 ? "" : " The error by length is not known.");
+             columns.sums[ERROR] > 0 ? "" : " The error by length is not known.");
     put_samples_words(page);
-    if (largest_share(series, page->report) > 0)
-        put_shares_plot(page, series);
+    if (largest_share(&columns) > 0)
+        put_shares_plot(page, &columns);
     put_lengths_table(page);
     page_section_end(page);
 }
 
 /* ---- b_k ---- */
 
+/* Whether samples bring a part of any length. */
+static bool is_split(const report_t *report)
+{
+    for (uint32_t i = 0; i < report->length_count; i++)
+        if (isfinite(report->lengths[i].light))
+            return true;
+    return false;
+}
+
+static void widen_range(double value, double *low, double *high)
+{
+    if (!(value > 1e-200 && value < 1e200))
+        return;
+    *high = fmax(*high, value);
+    *low = fmin(*low, value);
+}
+
 /* The range of the axis: eight powers of ten at most. */
 static bool light_range(const report_t *report, double *low, double *high)
 {
     *low = INFINITY;
     *high = 0;
-    for (uint32_t i = 0; i < report->length_count; i++)
-        if (report->lengths[i].b > 1e-200 && report->lengths[i].b < 1e200) {
-            *high = fmax(*high, report->lengths[i].b);
-            *low = fmin(*low, report->lengths[i].b);
-        }
+    for (uint32_t i = 0; i < report->length_count; i++) {
+        widen_range(report->lengths[i].b, low, high);
+        widen_range(report->lengths[i].light, low, high);
+    }
     *low = fmax(*low, 1e-8 * *high) / 1.8;
     *high *= 1.8;
     return *high > 0;
@@ -196,12 +239,13 @@ static bool light_range(const report_t *report, double *low, double *high)
 
 static void put_light_plot(page_t *page, double low, double high)
 {
-    static const svg_style_t style = {"var(--c1)", "", 0};
+    static const svg_style_t style = {"var(--c1)", "", 0}, all = {"var(--c5)", "", 1};
     const report_t *report = page->report;
     svg_t *svg =
         svg_new_embedded(WIDTH, HEIGHT, "light-plot", "The light that paths of each length bring",
                          "Estimates of b over path length on a logarithmic axis, with lines of two standard "
-                         "errors to either side; the table below has the numbers.");
+                         "errors to either side; where samples bring a part, all light of the length as well; the "
+                         "table below has the numbers.");
     const svg_panel_t panel = {.left = 52,
                                .top = 24,
                                .width = WIDTH - 62,
@@ -214,12 +258,16 @@ static void put_light_plot(page_t *page, double low, double high)
     for (uint32_t i = 0; i < report->length_count; i++) {
         const report_length_t *k = &report->lengths[i];
         char text[128];
+        if (k->light >= low) {
+            snprintf(text, sizeof text, "length %.0f: all light, %.4g", k->length, k->light);
+            svg_dot(svg, &panel, i + 0.5, k->light, &all, text);
+        }
         if (!(k->b >= low))
             continue;
         snprintf(text, sizeof text, "length %.0f: b %.4g, standard error %.2g", k->length, k->b, k->b_error);
         svg_whisker(svg, &panel, i + 0.5, k->b, k->b - 2 * k->b_error, k->b + 2 * k->b_error, &style, text);
     }
-    put_length_numbers(svg, &panel, report);
+    put_length_numbers(svg, &panel, report, report->length_count);
     svg_axis_names(svg, &panel, "path length, segments", "b");
     page_plot(page, &svg, "");
 }
@@ -228,20 +276,26 @@ static void put_light_table(page_t *page)
 {
     static const page_column_t columns[] = {{"Length", false},
                                             {"b", false},
-                                            {"Standard error", false},
-                                            {"Relative", false},
-                                            {"Share of the light", false}};
+                                            {"Relative standard error", false},
+                                            {"All light", false},
+                                            {"Share of the light", false},
+                                            {"Cap", false}};
     const report_t *report = page->report;
-    const double sum = report_sum(report, offsetof(report_length_t, b));
-    page_table(page, "b of each length", columns, sizeof columns / sizeof columns[0], true);
+    const size_t count = sizeof columns / sizeof columns[0] - !is_split(report);
+    double sum = 0;
+    for (uint32_t i = 0; i < report->length_count; i++)
+        sum += light_of(&report->lengths[i]) > 0 ? light_of(&report->lengths[i]) : 0;
+    page_table(page, "b of each length", columns, count, true);
     for (uint32_t i = 0; i < report->length_count; i++) {
         const report_length_t *k = &report->lengths[i];
         page_row(page);
         page_cell_number(page, PAGE_COUNT, k->length);
         page_cell_number(page, PAGE_NUMBER, k->b);
-        page_cell_number(page, PAGE_NUMBER, k->b_error);
         page_cell_number(page, PAGE_PERCENT, k->b_error / k->b);
-        page_cell_number(page, PAGE_PERCENT, k->b / sum);
+        page_cell_number(page, PAGE_NUMBER, light_of(k));
+        page_cell_number(page, PAGE_PERCENT, light_of(k) / sum);
+        if (is_split(report))
+            page_cell_number(page, PAGE_NUMBER, k->cap);
         page_row_end(page);
     }
     page_table_end(page, true);
@@ -256,7 +310,11 @@ void page_light(page_t *page)
     if (light_range(page->report, &low, &high)) {
         page_put(page,
                  "<p>b: the image's light in the scalar that chains follow. Lines: two standard errors to either "
-                 "side.</p>\n");
+                 "side.%s</p>\n",
+                 is_split(page->report) ? " Squares: all light of the length, by the pilot; samples bring of each "
+                                          "path what is below the cap, and all "
+                                          "where there is none."
+                                        : "");
         put_light_plot(page, low, high);
     } else {
         page_put(page, "<p>No light was found.</p>\n");

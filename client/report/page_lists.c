@@ -202,9 +202,10 @@ static void put_json(page_t *page, const json_t *value)
 static bool is_shown(const char *name)
 {
     static const char *const shown[] = {
-        "garland",    "instructions", "job",     "algorithm",      "biased", "width",   "height", "max_path_length",
-        "stopped_by", "time",         "error",   "stratification", "rates",  "lengths", "chains", "pilot",
-        "rejected",   "service",      "history", "prediction",     "groups", "effects", "stuck",  "samples"};
+        "garland",         "instructions", "job",      "algorithm", "biased",         "width",      "height",
+        "max_path_length", "stopped_by",   "time",     "error",     "stratification", "rates",      "lengths",
+        "chains",          "pilot",        "rejected", "service",   "history",        "prediction", "groups",
+        "effects",         "stuck",        "samples",  "regions"};
     for (size_t i = 0; i < sizeof shown / sizeof shown[0]; i++)
         if (strcmp(name, shown[i]) == 0)
             return true;

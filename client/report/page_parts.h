@@ -67,6 +67,8 @@ void page_lengths(page_t *page);    /* error, time and light by path length (pag
 void page_light(page_t *page);      /* b_k */
 void page_time(page_t *page);       /* where it went (page_time.c) */
 void page_groups(page_t *page);     /* groups of chains */
+void page_regions(page_t *page);    /* how sure parts of the image are (page_trust.c) */
+void page_bias(page_t *page);       /* of failures that are left out */
 void page_moves(page_t *page);      /* acceptance (page_moves.c) */
 void page_techniques(page_t *page); /* shares */
 void page_effects(page_t *page);    /* what was switched off (page_lists.c) */

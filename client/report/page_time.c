@@ -116,6 +116,15 @@ static double groups_reach(const report_t *report, double spread)
     return fmin(1e6, fmax(reach, 1e-6));
 }
 
+/* Where every mutation adds the same light, groups are as bright as each other whatever else they are. */
+static bool groups_are_equal(const report_t *report)
+{
+    for (uint32_t i = 0; i < report->group_count; i++)
+        if (!(fabs(report->groups[i] - 1) < 1e-6))
+            return false;
+    return true;
+}
+
 static void put_groups_plot(page_t *page, double spread)
 {
     static const svg_style_t one = {"var(--muted)", "", -1}, band = {"var(--c3)", "", -1},
@@ -152,7 +161,8 @@ static void put_groups_plot(page_t *page, double spread)
 
 void page_groups(page_t *page)
 {
-    static const page_column_t columns[] = {{"Group", false}, {"Brightness over the image's", false}};
+    static const page_column_t columns[] = {
+        {"Group", false}, {"Brightness over the image's", false}, {"Deviation of its blocks", false}};
     const report_t *report = page->report;
     const double spread = report_number(report, "groups", "spread"),
                  strata = report_number(report, "", "stratification");
@@ -162,7 +172,10 @@ void page_groups(page_t *page)
     page_put(page, "<p>Independent groups of chains should be equally bright. Their standard deviation: ");
     page_say_number(page, PAGE_PERCENT, spread);
     page_put(page, ".</p>\n");
-    if (report->group_count > 0)
+    if (report->group_count > 0 && groups_are_equal(report))
+        page_put(page, "<p>They cannot differ here: every mutation adds the same light. What differs is where: the "
+                       "deviations in the table.</p>\n");
+    else if (report->group_count > 0)
         put_groups_plot(page, spread);
     if (isfinite(strata)) {
         page_put(page, "<p>Stratification: ");
@@ -171,11 +184,12 @@ void page_groups(page_t *page)
                  ". 1: errors of neighbouring pixels are independent; 64: they rise and fall together.</p>\n");
     }
     if (report->group_count > 0) {
-        page_table(page, "Brightness by group", columns, 2, true);
+        page_table(page, "Brightness by group", columns, sizeof columns / sizeof columns[0], true);
         for (uint32_t i = 0; i < report->group_count; i++) {
             page_row(page);
             page_cell_number(page, PAGE_COUNT, i + 1);
             page_cell_number(page, PAGE_NUMBER, report->groups[i]);
+            page_cell_number(page, PAGE_PERCENT, report->deviations[i]);
             page_row_end(page);
         }
         page_table_end(page, true);

@@ -90,7 +90,13 @@ static void read_length(report_length_t *length, const json_t *object)
     length->length = report_number_of(object, "length");
     length->b = report_number_of(b, "value");
     length->b_error = report_number_of(b, "standard_error");
+    length->light = report_number_of(object, "light");
+    length->cap = report_number_of(object, "cap");
     length->relmse = report_number_of(object, "relmse");
+    const json_t *bias = member_of(object, "bias");
+    length->bias_failures = report_number_of(bias, "failure_share");
+    length->bias_variation = report_number_of(bias, "total_variation");
+    length->bias_block = report_number_of(bias, "largest_block");
     length->share = report_number_of(object, "share");
     read_chains(length, object);
     for (const json_t *at = entries_of(object, "techniques"); at && length->technique_count < REPORT_MAX_TECHNIQUES;
@@ -134,8 +140,36 @@ static void read_effects(report_t *report)
                                   .consequence = report_text_of(at, "consequence")};
 }
 
+/* Whole or not at all: as many values as columns and rows say. */
+static void read_regions(report_t *report)
+{
+    const json_t *regions = member_of(report->root, "regions");
+    const double columns = report_number_of(regions, "columns"), rows = report_number_of(regions, "rows");
+    uint32_t count = 0;
+    if (!(columns >= 1 && rows >= 1 && columns <= REPORT_MAX_REGIONS && rows <= REPORT_MAX_REGIONS) ||
+        columns != floor(columns) || rows != floor(rows) || columns * rows > REPORT_MAX_REGIONS)
+        return;
+    const uint32_t expected = (uint32_t)columns * (uint32_t)rows;
+    const json_t *at = entries_of(regions, "values");
+    for (; at && count < expected; at = json_next(at))
+        report->regions[count++] = (report_region_t){.luminance = report_number_of(at, "luminance"),
+                                                     .low = report_number_of(at, "low"),
+                                                     .high = report_number_of(at, "high")};
+    if (at || count != expected)
+        return;
+    report->region_columns = (uint32_t)columns;
+    report->region_rows = (uint32_t)rows;
+}
+
 static void read_lists(report_t *report)
 {
+    for (uint32_t i = 0; i < REPORT_MAX_GROUPS; i++)
+        report->deviations[i] = (double)NAN;
+    uint32_t deviation = 0;
+    for (const json_t *at = entries_of(member_of(report->root, "groups"), "deviation");
+         at && deviation < REPORT_MAX_GROUPS; at = json_next(at), deviation++)
+        if (json_is_number(at) && isfinite(json_number(at)))
+            report->deviations[deviation] = json_number(at);
     for (const json_t *at = entries_of(member_of(report->root, "groups"), "brightness");
          at && report->group_count < REPORT_MAX_GROUPS; at = json_next(at))
         report->groups[report->group_count++] =
@@ -154,6 +188,7 @@ static fault_code_t read_whole(report_t *report, fault_t *fault)
     read_prediction(report);
     read_effects(report);
     read_lists(report);
+    read_regions(report);
     return read_lengths(report, fault);
 }
 
@@ -199,16 +234,4 @@ double report_number(const report_t *report, const char *object, const char *nam
 const char *report_text(const report_t *report, const char *object, const char *name)
 {
     return report_text_of(object[0] ? report_member(report, object) : report->root, name);
-}
-
-double report_sum(const report_t *report, size_t field)
-{
-    double sum = 0;
-    for (uint32_t i = 0; i < report->length_count; i++) {
-        double value;
-        memcpy(&value, (const char *)&report->lengths[i] + field, sizeof value);
-        if (value > 0)
-            sum += value;
-    }
-    return sum;
 }

@@ -24,6 +24,7 @@ enum {
     REPORT_MAX_MOVES = 16,       /* of a length */
     REPORT_MAX_TECHNIQUES = 128, /* of a length */
     REPORT_MAX_GROUPS = 256,
+    REPORT_MAX_REGIONS = 1024,
     REPORT_MAX_EFFECTS = 64,
     REPORT_MAX_STUCK = 32,
     REPORT_MAX_TEXT = 600 /* octets of a text that are shown */
@@ -48,9 +49,12 @@ typedef struct report_technique {
     double s, value, standard_error;
 } report_technique_t;
 
-/* What was done for the paths of one length; for those of all lengths at once `length` is 0. */
+/* What was done for the paths of one length; for those of all lengths at once `length` is 0. light, cap: where
+ * samples bring a part of it. */
 typedef struct report_length {
-    double length, b, b_error, relmse, share, mutations, chains, cpu_seconds, zero_contribution, longest_stay;
+    double length, b, b_error, light, cap, relmse, share, mutations, chains, cpu_seconds, zero_contribution,
+        longest_stay;
+    double bias_failures, bias_variation, bias_block; /* of failures that are left out */
     report_move_t moves[REPORT_MAX_MOVES];
     uint32_t move_count;
     report_technique_t techniques[REPORT_MAX_TECHNIQUES];
@@ -61,6 +65,11 @@ typedef struct report_effect {
     const char *name, *state, *reason, *consequence;
     double energy;
 } report_effect_t;
+
+/* Mean brightness of a part of the image, and between what it lies. */
+typedef struct report_region {
+    double luminance, low, high;
+} report_region_t;
 
 typedef struct report {
     json_t *root; /* texts below are borrowed from it */
@@ -73,7 +82,10 @@ typedef struct report {
     uint32_t length_count;
     report_length_t all; /* chains of all lengths at once; b and techniques are in `lengths` */
     double groups[REPORT_MAX_GROUPS];
+    double deviations[REPORT_MAX_GROUPS]; /* of the same groups; NaN: not told */
     uint32_t group_count;
+    report_region_t regions[REPORT_MAX_REGIONS]; /* row by row from the top left */
+    uint32_t region_columns, region_rows;        /* 0: none */
     report_effect_t effects[REPORT_MAX_EFFECTS];
     uint32_t effect_count;
     const char *stuck[REPORT_MAX_STUCK];
@@ -92,9 +104,5 @@ const json_t *report_member(const report_t *report, const char *name);          
 /* Of any JSON value, which may be null. */
 double report_number_of(const json_t *object, const char *name);
 const char *report_text_of(const json_t *object, const char *name);
-
-/* The sum over the lengths of what is known and positive; 0 if nothing is. `field` is offsetof(report_length_t,
- * ...) of a double. */
-double report_sum(const report_t *report, size_t field);
 
 #endif

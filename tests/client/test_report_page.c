@@ -161,8 +161,8 @@ static void assert_has(const char *html, const char *words)
 
 /* ---- the page ---- */
 
-static const char *const sections[] = {"error",      "lengths", "light",   "time",    "groups", "moves",
-                                       "techniques", "effects", "trouble", "service", "rest",   "job"};
+static const char *const sections[] = {"error", "lengths",    "light",   "time",    "groups",  "regions", "bias",
+                                       "moves", "techniques", "effects", "trouble", "service", "rest",    "job"};
 enum { SECTIONS = sizeof sections / sizeof sections[0] };
 
 static void full_report_has_every_section(void **state)
@@ -185,6 +185,16 @@ static void full_report_has_every_section(void **state)
     assert_has(html, "glass, &quot;clear&quot;, and brass");
     assert_has(html, "1\xc2\xa0min\xc2\xa0"
                      "6\xc2\xa0s");
+    assert_has(html, "<p>Estimates: variance between units of work, and of b.</p>");
+    assert_has(html, "of which there were 1.85 a second");
+    assert_has(html, "90\xc2\xa0"
+                     "000 independent samples");
+    assert_has(html, "samples: 70.6\xc2\xa0% of the processor time"); /* with the lengths' */
+    assert_has(html, "length 3: all light, ");
+    assert_has(html, ">2.25</td>");                      /* a cap */
+    assert_has(html, "row 1, column 2: 2 (1.9 to 2.1)"); /* a region */
+    assert_has(html, ">20\xc2\xa0%</td>");               /* the bias of a block */
+    assert_has(html, ">5.5\xc2\xa0%</td>");              /* the deviation of a group */
     free(html);
     report_destroy(&report);
 }
@@ -208,7 +218,7 @@ static void plots_have_titles_and_descriptions(void **state)
         assert_non_null(strstr(tag, "role=\"img\""));
         assert_int_equal(strncmp(end + 1, "\n<title id=", 11), 0);
     }
-    assert_int_equal(plots, 8);  /* the error twice, for wide and for narrow screens */
+    assert_int_equal(plots, 9);  /* the error twice, for wide and for narrow screens */
     assert_int_equal(hidden, 5); /* squares beside the parts of the time */
     for (const char *at = html; (at = strstr(at, " id=\"")); at++) {
         char id[96];
@@ -419,7 +429,7 @@ static const char *csv_field(const char *at, char *out, size_t size, bool *line_
 static void tables_come_back(void **state)
 {
     (void)state;
-    static const size_t rows[CSV_TABLES] = {4, 4, 8, 2 + 3 + 4 + 5, 2};
+    static const size_t rows[CSV_TABLES] = {4, 4, 8, 2 + 3 + 4 + 5, 4, 2};
     report_t *report = fixture("full.json");
     for (int table = 0; table < CSV_TABLES; table++) {
         char *text = csv_print(report, (csv_table_t)table);
@@ -438,6 +448,12 @@ static void tables_come_back(void **state)
                 assert_true(strtod(field, NULL) == report->history[3].error);
             if (table == CSV_LENGTHS && lines == 3 && count == 1)
                 assert_true(strtod(field, NULL) == report->lengths[2].b);
+            if (table == CSV_LENGTHS && lines == 3 && count == 11)
+                assert_true(strtod(field, NULL) == report->lengths[2].cap);
+            if (table == CSV_REGIONS && lines == 3 && count == 2)
+                assert_string_equal(field, ""); /* not known */
+            if (table == CSV_REGIONS && lines == 4 && count == 4)
+                assert_true(strtod(field, NULL) == report->regions[3].high);
             count++;
             if (!end)
                 continue;
