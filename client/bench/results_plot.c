@@ -1,10 +1,11 @@
 #include "client/bench/results_plot.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "draw/svg.h"
+#include "client/bench/curve.h"
 
 enum {
     COLUMNS = 3,
@@ -28,60 +29,26 @@ static svg_style_t style_of(size_t variant)
                          (int)(variant / COLOURS % 3)};
 }
 
-/* What one variant's line shows: budgets whose figures are known and positive. */
-typedef struct curve {
-    double time[MATRIX_BUDGETS], middle[MATRIX_BUDGETS], low[MATRIX_BUDGETS], high[MATRIX_BUDGETS];
-    size_t count;
-} curve_t;
-
+/* What one variant's line shows. */
 static curve_t curve_of(const results_t *results, size_t scene, size_t variant)
 {
+    static_assert((int)MATRIX_BUDGETS <= (int)CURVE_POINTS, "a point for each budget");
     curve_t curve = {.count = 0};
-    for (size_t b = 0; b < results->matrix->budget_count; b++) {
-        const double time = results_cell(results, scene, variant, b).cpu_seconds.median;
-        const spread_t error = results_error_spread(results, scene, variant, b);
-        if (!(time > 0) || !(error.median > 0))
-            continue;
-        curve.time[curve.count] = time;
-        curve.middle[curve.count] = error.median;
-        curve.low[curve.count] = error.min > 0 ? error.min : error.median;
-        curve.high[curve.count++] = error.max;
-    }
+    for (size_t b = 0; b < results->matrix->budget_count; b++)
+        curve_add(&curve, results_cell(results, scene, variant, b).cpu_seconds.median,
+                  results_error_spread(results, scene, variant, b));
     return curve;
-}
-
-/* A range grows to hold a value. */
-typedef struct range {
-    double low, high;
-} range_t;
-
-static void range_take(range_t *range, double value)
-{
-    range->low = range->low > 0 ? fmin(range->low, value) : value;
-    range->high = fmax(range->high, value);
-}
-
-/* A margin on both sides; something to show where there is nothing. */
-static range_t range_finish(range_t range, double margin)
-{
-    if (!(range.low > 0))
-        return (range_t){0.1, 10};
-    return (range_t){range.low / margin, range.high * margin};
 }
 
 static svg_panel_t panel_of(const results_t *results, size_t scene, double top)
 {
-    range_t x = {0}, y = {0};
+    curve_range_t x = {0}, y = {0};
     for (size_t v = 0; v < results->matrix->variant_count; v++) {
         const curve_t curve = curve_of(results, scene, v);
-        for (size_t i = 0; i < curve.count; i++) {
-            range_take(&x, curve.time[i]);
-            range_take(&y, curve.low[i]);
-            range_take(&y, curve.high[i]);
-        }
+        curve_range_take_curve(&x, &y, &curve);
     }
-    x = range_finish(x, 1.15);
-    y = range_finish(y, 1.3);
+    x = curve_range_finish(x, 1.15);
+    y = curve_range_finish(y, 1.3);
     return (svg_panel_t){.left = CELL_WIDTH * (double)(scene % COLUMNS) + NUMBERS,
                          .top = top + (double)(scene / COLUMNS) * (PANEL_HEIGHT + GAP),
                          .width = CELL_WIDTH - NUMBERS - 12,
@@ -118,21 +85,6 @@ static void draw_times(svg_t *svg, const results_t *results, const svg_panel_t *
         }
 }
 
-static void draw_curve(svg_t *svg, const svg_panel_t *panel, const curve_t *curve, size_t variant, const char *name)
-{
-    const svg_style_t style = style_of(variant);
-    char title[160];
-    if (curve->count == 0)
-        return;
-    const size_t last = curve->count - 1;
-    snprintf(title, sizeof title, "%s: %.3g (%.3g to %.3g) after %.3g s", name, curve->middle[last],
-             curve->low[last], curve->high[last], curve->time[last]);
-    if (curve->count == 1)
-        svg_whisker(svg, panel, curve->time[0], curve->middle[0], curve->low[0], curve->high[0], &style, title);
-    else
-        svg_line(svg, panel, curve->time, curve->middle, curve->count, &style, title);
-}
-
 static void draw_scene(svg_t *svg, const results_t *results, size_t scene, double top)
 {
     const matrix_t *m = results->matrix;
@@ -145,12 +97,12 @@ static void draw_scene(svg_t *svg, const results_t *results, size_t scene, doubl
     for (size_t v = 0; v < m->variant_count; v++) { /* lines above all bands */
         const curve_t curve = curve_of(results, scene, v);
         const svg_style_t style = style_of(v);
-        if (curve.count > 1)
-            svg_band(svg, &panel, curve.time, curve.low, curve.high, curve.count, &style);
+        curve_draw_band(svg, &panel, &curve, &style);
     }
     for (size_t v = 0; v < m->variant_count; v++) {
         const curve_t curve = curve_of(results, scene, v);
-        draw_curve(svg, &panel, &curve, v, m->variants[v].name);
+        const svg_style_t style = style_of(v);
+        curve_draw_line(svg, &panel, &curve, &style, m->variants[v].name);
     }
 }
 

@@ -11,7 +11,6 @@
 #include "film/image_file.h"
 #include "film/pfm.h"
 
-#define MISSING_MOST 0.03 /* of the light, in an image that has an error */
 enum { RUN_BYTES = 1 << 16, SHORT_DIGITS = 12 };
 
 json_t *run_point_json(const run_point_t *point)
@@ -42,7 +41,7 @@ void run_context_clear(run_context_t *context)
     context->reference_count = 0;
 }
 
-double run_missing_light(const json_t *report)
+static double missing_light(const json_t *report)
 {
     double missing = 0, total = 0;
     for (const json_t *m = json_first(json_get(report, "lengths")); m; m = json_next(m)) {
@@ -53,6 +52,11 @@ double run_missing_light(const json_t *report)
             missing += b;
     }
     return total > 0 ? missing / total : 0;
+}
+
+bool run_is_whole(const json_t *report)
+{
+    return missing_light(report) <= 0.03;
 }
 
 /* ---- keys ---- */
@@ -141,12 +145,12 @@ static fault_code_t look_at_run(void *user, size_t index, double cpu_seconds, co
     *point = (run_point_t){cpu_seconds, report_number(report, "rates", "mutations_per_pixel"),
                            NAN,         NAN,
                            NAN,         report_number(report, "error", "relmse")};
-    const bool missing = run_missing_light(report) > MISSING_MOST;
+    const bool whole = run_is_whole(report);
     json_destroy(&report);
-    if (missing)
+    if (!whole)
         point->estimate = NAN;
-    return missing || look->context->reference_count == 0 ? FAULT_NONE
-                                                          : look_compare(look->context, plan, point, fault);
+    return !whole || look->context->reference_count == 0 ? FAULT_NONE
+                                                         : look_compare(look->context, plan, point, fault);
 }
 
 static fault_code_t write_run(const run_context_t *context, const run_point_t *points, const char *key,

@@ -41,9 +41,9 @@ typedef struct run_context {
 fault_code_t run_context_references(run_context_t *context, const char *const *paths, size_t count, fault_t *fault);
 void run_context_clear(run_context_t *context);
 
-/* The part of the light in path lengths that chains have not come to yet, where samples stand beside them of the
- * light left to chains: an image without it is no estimate. */
-double run_missing_light(const json_t *report);
+/* Whether chains have come to all path lengths but for 3 % of the light, where samples stand beside them of the
+ * light left to chains: else the image is no estimate yet, and has no figures. */
+bool run_is_whole(const json_t *report);
 
 /* Renders and writes the file. */
 fault_code_t run_render(const run_context_t *context, size_t variant, uint64_t seed, const char *path,

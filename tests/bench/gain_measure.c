@@ -14,8 +14,6 @@
 #include "client/bench/seeds.h"
 #include "client/bench/solo.h"
 
-#define MISSING_MOST 0.03 /* of the light, in an image that has an error */
-
 /* Images of one variant. */
 typedef struct images {
     double *sums;      /* [3][pixels], over the seeds */
@@ -50,7 +48,7 @@ static gain_point_t run_point(const compare_result_t *result, const json_t *repo
                           .relmse = result->relmse,
                           .trimmed = result->relmse_trimmed,
                           .brightness = result->bias};
-    if (run_missing_light(report) > MISSING_MOST)
+    if (!run_is_whole(report))
         point.relmse = point.trimmed = NAN;
     return point;
 }

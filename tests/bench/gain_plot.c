@@ -1,11 +1,12 @@
 #include "gain_plot.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "draw/svg.h"
+#include "client/bench/curve.h"
 #include "client/bench/seeds.h"
 
 enum {
@@ -42,26 +43,8 @@ static svg_style_t style_of(const gain_variant_t *variant)
     return style;
 }
 
-/* A range grows to hold a positive value. */
-typedef struct range {
-    double low, high;
-} range_t;
-
-static void range_take(range_t *range, double value)
-{
-    if (!(value > 0) || !isfinite(value))
-        return;
-    range->low = range->low > 0 ? fmin(range->low, value) : value;
-    range->high = fmax(range->high, value);
-}
-
-/* A margin on both sides; something to show where there is nothing. */
-static range_t range_finish(range_t range)
-{
-    if (!(range.low > 0))
-        return (range_t){0.1, 10};
-    return (range_t){range.low / 1.25, range.high * 1.25};
-}
+/* Beyond what is shown. */
+static const double MARGIN = 1.25;
 
 static int picture_rows(size_t count)
 {
@@ -70,22 +53,12 @@ static int picture_rows(size_t count)
 
 /* ---- relMSE over time ---- */
 
-/* Medians, least and most over the runs, at each of the times. */
-typedef struct curve {
-    double time[GAIN_POINTS], middle[GAIN_POINTS], low[GAIN_POINTS], high[GAIN_POINTS];
-} curve_t;
-
 static curve_t curve_of(const gain_entry_t *entry, size_t points)
 {
-    curve_t curve;
-    for (size_t i = 0; i < points; i++) {
-        const spread_t time = gain_entry_spread(entry, i, GAIN_CPU),
-                       error = gain_entry_spread(entry, i, GAIN_RELMSE);
-        curve.time[i] = time.median;
-        curve.middle[i] = error.median;
-        curve.low[i] = error.min;
-        curve.high[i] = error.max;
-    }
+    static_assert((int)GAIN_POINTS <= (int)CURVE_POINTS, "a point for each time");
+    curve_t curve = {.count = 0};
+    for (size_t i = 0; i < points; i++)
+        curve_add(&curve, gain_entry_spread(entry, i, GAIN_CPU).median, gain_entry_spread(entry, i, GAIN_RELMSE));
     return curve;
 }
 
@@ -96,20 +69,17 @@ static bool is_shown(const gain_entry_t *entry)
 
 static svg_panel_t time_panel(const gain_scene_t *scene, size_t index, double top)
 {
-    range_t x = {0}, y = {0};
+    curve_range_t x = {0}, y = {0};
+    for (size_t p = 0; p < scene->point_count; p++)
+        curve_range_take(&x, scene->times[p]);
     for (size_t i = 0; i < scene->entry_count; i++) {
         if (!is_shown(&scene->entries[i]))
             continue;
         const curve_t curve = curve_of(&scene->entries[i], scene->point_count);
-        for (size_t p = 0; p < scene->point_count; p++) {
-            range_take(&x, scene->times[p]);
-            range_take(&x, curve.time[p]);
-            range_take(&y, curve.low[p]);
-            range_take(&y, curve.high[p]);
-        }
+        curve_range_take_curve(&x, &y, &curve);
     }
-    x = range_finish(x);
-    y = range_finish(y);
+    x = curve_range_finish(x, MARGIN);
+    y = curve_range_finish(y, MARGIN);
     return (svg_panel_t){.left = CELL_WIDTH * (double)(index % COLUMNS) + NUMBERS,
                          .top = top + (double)(index / COLUMNS) * (PANEL_HEIGHT + GAP),
                          .width = CELL_WIDTH - NUMBERS - 10,
@@ -135,13 +105,10 @@ static void time_scene(svg_t *svg, const gain_scene_t *scene, const svg_panel_t 
                 continue;
             const curve_t curve = curve_of(entry, scene->point_count);
             const svg_style_t style = style_of(&entry->variant);
-            const size_t last = scene->point_count - 1;
-            snprintf(label, sizeof label, "%s: %.3g (%.3g to %.3g) after %.3g s", entry->variant.name,
-                     curve.middle[last], curve.low[last], curve.high[last], curve.time[last]);
             if (pass == 0)
-                svg_band(svg, panel, curve.time, curve.low, curve.high, scene->point_count, &style);
+                curve_draw_band(svg, panel, &curve, &style);
             else
-                svg_line(svg, panel, curve.time, curve.middle, scene->point_count, &style, label);
+                curve_draw_line(svg, panel, &curve, &style, entry->variant.name);
         }
 }
 
@@ -208,16 +175,16 @@ static row_t row_stability(const gain_scene_t *scene, const gain_entry_t *entry)
 
 static void rows_scene(svg_t *svg, const gain_scene_t *scene, svg_panel_t panel, row_maker_t *make)
 {
-    range_t x = {0};
+    curve_range_t x = {0};
     for (size_t i = 0; i < scene->entry_count; i++)
         if (!scene->entries[i].refused[0]) {
             const row_t row = make(scene, &scene->entries[i]);
-            range_take(&x, row.middle);
-            range_take(&x, row.low);
-            range_take(&x, row.high);
-            range_take(&x, row.other);
+            curve_range_take(&x, row.middle);
+            curve_range_take(&x, row.low);
+            curve_range_take(&x, row.high);
+            curve_range_take(&x, row.other);
         }
-    x = range_finish(x);
+    x = curve_range_finish(x, MARGIN);
     panel.x0 = x.low;
     panel.x1 = x.high;
     svg_grid(svg, &panel, scene->name);
