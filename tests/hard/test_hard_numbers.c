@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "chain/target.h"
+#include "support/sanitized.h"
 
 /* ---- the ends of [0,1) ---- */
 
@@ -196,6 +197,8 @@ static void check_wild(const char *name, const char *material)
 static void wild_normals_agree(void **state)
 {
     (void)state;
+    if (SANITIZED)
+        skip();
     check_wild("random normals, Lambertian", "Material \"diffuse\" \"rgb reflectance\" [ 0.8 0.8 0.8 ]");
     check_wild("random normals, metal",
                "Material \"conductor\" \"float roughness\" [ 0.3 ] \"bool remaproughness\" [ false ]");

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 #include <gsl/gsl_cdf.h>
@@ -41,10 +42,15 @@ void agreement_run(const scene_t *scene, const char *algorithm, const char *more
             "\"seed\":\"%d\",\"stop\":{\"mutations_per_pixel\":%g}%s}",
             AGREEMENT_SIDE, AGREEMENT_SIDE, algorithm, length, seed, work, more);
         render_t render;
-        render_run(&render, scene, text);
+        render_image(&render, scene, text);
         add_image(regions, &render.image);
         render_clear(&render);
     }
+}
+
+double agreement_work(const char *algorithm, uint32_t length, double work)
+{
+    return strcmp(algorithm, "pssmlt") == 0 ? work / length : work;
 }
 
 static double mean_of(const regions_t *r, int i, double *variance)

@@ -17,6 +17,9 @@ typedef struct regions {
 void agreement_run(const scene_t *scene, const char *algorithm, const char *more, uint32_t length, double work,
                    int seeds, regions_t *regions);
 
+/* Mutations a pixel that are as many for each length as `work` of one length each: fewer, where each is of all. */
+double agreement_work(const char *algorithm, uint32_t length, double work);
+
 /* Fails the test where |t| of a region is so large that two right ways would exceed it with probability `alarm`. */
 void agreement_compare(const char *scene, const char *name, const regions_t *a, const regions_t *b, double alarm);
 

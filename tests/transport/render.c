@@ -33,6 +33,12 @@ static void render_units(render_t *render)
 
 void render_run(render_t *render, const scene_t *scene, const char *job_text)
 {
+    render_image(render, scene, job_text);
+    render->report = plan_report(render->plan);
+}
+
+void render_image(render_t *render, const scene_t *scene, const char *job_text)
+{
     fault_t fault = {0};
     job_t job;
     *render = (render_t){0};
@@ -44,7 +50,6 @@ void render_run(render_t *render, const scene_t *scene, const char *job_text)
     render_units(render);
     if (plan_image(render->plan, &render->image, &fault))
         fail_msg("%s", fault.text);
-    render->report = plan_report(render->plan);
 }
 
 void render_clear(render_t *render)

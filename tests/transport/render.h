@@ -13,11 +13,13 @@ typedef struct render {
     renderer_t *renderer;
     work_space_t *space;
     image_t image;
-    json_t *report;
+    json_t *report; /* null after render_image */
 } render_t;
 
 /* Runs the job; fails the test if it cannot. */
 void render_run(render_t *render, const scene_t *scene, const char *job_text);
+/* The same for the image alone. */
+void render_image(render_t *render, const scene_t *scene, const char *job_text);
 void render_clear(render_t *render);
 
 /* b_k and b_{k,s} as the report states them. */

@@ -26,7 +26,7 @@ static void check(const char *name)
     agreement_run(scene, "pt", "", LENGTH, 64, SEEDS, &other);
     agreement_compare(name, "pt against bdpt", &other, &bdpt, alarm);
     for (int i = 0; i < CHAINS; i++) {
-        agreement_run(scene, chains[i], "", LENGTH, 60, SEEDS, &other);
+        agreement_run(scene, chains[i], "", LENGTH, agreement_work(chains[i], LENGTH, 60), SEEDS, &other);
         agreement_compare(name, chains[i], &other, &bdpt, alarm);
     }
     load_clear();

@@ -47,7 +47,9 @@ static void check(const char *name)
     regions_t bdpt, other;
     agreement_run(scene, "bdpt", "", LENGTH, 32, SEEDS, &bdpt);
     for (int i = 0; i < VARIANTS; i++) {
-        agreement_run(scene, variants[i].algorithm, variants[i].more, LENGTH, 80, SEEDS, &other);
+        const variant_t *v = &variants[i];
+        agreement_run(scene, v->algorithm, v->more, LENGTH, agreement_work(v->algorithm, LENGTH, 80), SEEDS,
+                      &other);
         agreement_compare(name, variants[i].name, &other, &bdpt, alarm);
     }
     load_clear();
