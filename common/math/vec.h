@@ -10,8 +10,8 @@
 /* The largest double below 1. */
 #define MATH_ONE_MINUS 0x1.fffffffffffffp-1
 
-/* The larger and the smaller of two numbers, in one instruction each (the library's fmax and fmin are calls). The second if
- * either is NaN. */
+/* The larger and the smaller of two numbers, in one instruction each (the library's fmax and fmin are calls). The
+ * second if either is NaN. */
 static inline double math_max(double a, double b)
 {
     return a > b ? a : b;
@@ -67,6 +67,21 @@ static inline vec3_t vec3_cross(vec3_t a, vec3_t b)
 {
     return (vec3_t){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/* a b - c d with an error of 1.5 units in the last place, however much it cancels (Kahan; Jeannerod, Louvet and
+ * Muller: Further analysis of Kahan's algorithm for the accurate computation of 2x2 determinants, 2013). */
+static inline double math_difference_of_products(double a, double b, double c, double d)
+{
+    const double cd = c * d;
+    const double error = fma(-c, d, cd);
+    return fma(a, b, -cd) + error;
+}
+/* The same product where a and b are all but parallel: the normal of a needle. */
+static inline vec3_t vec3_cross_exact(vec3_t a, vec3_t b)
+{
+    return (vec3_t){math_difference_of_products(a.y, b.z, a.z, b.y),
+                    math_difference_of_products(a.z, b.x, a.x, b.z),
+                    math_difference_of_products(a.x, b.y, a.y, b.x)};
+}
 static inline double vec3_length(vec3_t a)
 {
     return sqrt(vec3_dot(a, a));
@@ -79,6 +94,15 @@ static inline vec3_t vec3_unit(vec3_t a)
 static inline double vec3_max_abs(vec3_t a)
 {
     return math_max(fabs(a.x), math_max(fabs(a.y), fabs(a.z)));
+}
+/* Of each component. */
+static inline vec3_t vec3_min(vec3_t a, vec3_t b)
+{
+    return (vec3_t){math_min(a.x, b.x), math_min(a.y, b.y), math_min(a.z, b.z)};
+}
+static inline vec3_t vec3_max(vec3_t a, vec3_t b)
+{
+    return (vec3_t){math_max(a.x, b.x), math_max(a.y, b.y), math_max(a.z, b.z)};
 }
 static inline bool vec3_finite(vec3_t a)
 {

@@ -102,6 +102,30 @@ static bool path_scatter(const path_scene_t *ps, path_vertex_t *before, path_ver
     return true;
 }
 
+/* Embree's ray starts off its surface and may meet a triangle that the line itself passes: the line meets the plane
+ * outside, and the point was moved to the edge. From a place just before, on the line itself, the ray finds the
+ * neighbour, or what lies behind a silhouette. `back` is 64 times farther than the ray was off at that place, so
+ * that no neighbour but one that is seen flatter by that much lies before it. True if *hit and *at are replaced. */
+static bool path_look_again(const path_scene_t *ps, vec3_t place, vec3_t direction, accel_hit_t *hit, surface_t *at)
+{
+    const double back = 64 * at->epsilon / fabs(vec3_dot(at->ng, direction));
+    const double begin = vec3_dot(vec3_sub(at->position, place), direction) - back;
+    accel_hit_t again;
+    surface_t there;
+    if (!(begin > 0) ||
+        accel_intersect(ps->accel, vec3_mad(place, begin, direction), direction, &again) != ACCEL_HIT ||
+        !surface_at_hit(ps->scene, &again, place, direction, true, &there) || there.moved)
+        return false;
+    *hit = again;
+    *at = there;
+    return true;
+}
+
+static inline bool path_end_is_of_use(const path_scene_t *ps, const accel_hit_t *hit, path_ends_t ends)
+{
+    return ends == PATH_ENDS_ANYWHERE || (ps->shape_flags[hit->shape] & ends);
+}
+
 /* The vertices [1, vertices) of either walk, from vertex 0 and its step. */
 static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vertex_t *v, bsdf_t *scratch,
                           path_step_t step, rgb_t beta, const double *u, uint32_t vertices, path_ends_t ends,
@@ -109,8 +133,10 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
 {
     for (uint32_t i = 1;; i++) {
         accel_hit_t hit;
+        /* the line's point: photons from infinity start in the air */
+        const vec3_t place = v[i - 1].kind == PATH_INFINITE ? step.origin : v[i - 1].position;
         const uint64_t stamp = stamp_enter(&space->tracing);
-        const accel_answer_t answer = accel_intersect(ps->accel, step.origin, step.direction, &hit);
+        const accel_answer_t answer = accel_intersect_line(ps->accel, place, step.origin, step.direction, &hit);
         stamp_leave(&space->tracing, stamp);
         if (answer == ACCEL_BAD_RAY) {
             space->rejects[PATH_REJECT_RAY]++;
@@ -131,14 +157,18 @@ static uint32_t path_walk(const path_scene_t *ps, path_space_t *space, path_vert
             to->to_previous = fabs(vec3_dot(from->ng, step.direction));
             return i + 1;
         }
-        const uint8_t shape = ps->shape_flags[hit.shape];
-        const bool last = i + 1 == vertices, wants_uv = (shape & PATH_SHAPE_WANTS_UV) != 0;
-        if (last && ends != PATH_ENDS_ANYWHERE && !(shape & ends))
+        const bool last = i + 1 == vertices;
+        if (last && !path_end_is_of_use(ps, &hit, ends))
             return i;
         surface_t at;
-        if (!surface_at_hit(ps->scene, &hit, from->kind == PATH_INFINITE ? step.origin : from->position,
-                            step.direction, wants_uv, &at))
+        bool wants_uv = (ps->shape_flags[hit.shape] & PATH_SHAPE_WANTS_UV) != 0;
+        if (!surface_at_hit(ps->scene, &hit, place, step.direction, wants_uv, &at))
             return i;
+        if (__builtin_expect(at.moved, 0) && path_look_again(ps, place, step.direction, &hit, &at)) {
+            if (last && !path_end_is_of_use(ps, &hit, ends))
+                return i;
+            wants_uv = (ps->shape_flags[hit.shape] & PATH_SHAPE_WANTS_UV) != 0;
+        }
         path_arrive(ps, from, &step, &hit, &at, wants_uv, last, &scratch[i], to);
         if (!(to->pdf > 0) || last)
             return to->pdf > 0 ? i + 1 : i;

@@ -7,6 +7,7 @@
 
 #include "base/pages.h"
 #include "base/random.h"
+#include "scene/accel_core.h"
 #include "scene/surface.h"
 #include "scene/texture.h"
 
@@ -15,6 +16,12 @@ typedef struct accel_geometry {
     const accel_t *accel;
     uint32_t shape; /* of a mesh */
 } accel_geometry_t;
+
+/* The ray as the caller gave it, for the callbacks: the line through `place`, from the origin on. */
+typedef struct accel_context {
+    struct RTCIntersectContext embree; /* first: Embree passes its address */
+    vec3_t place, origin, direction;
+} accel_context_t;
 
 struct accel {
     RTCDevice device;
@@ -26,6 +33,7 @@ struct accel {
     uint32_t *shape_of_geometry;
     float *corners;        /* of all meshes' triangles: position (and normal) of each corner */
     size_t *shape_corners; /* by shape: where its corners begin */
+    accel_core_t core;
     _Atomic size_t bytes;
 };
 
@@ -38,6 +46,11 @@ static bool accel_memory(void *user, ssize_t bytes, bool post)
 
 /* ---- spheres and disks: user geometry, in double ---- */
 
+/* By what fraction of the scene's largest coordinate Embree's ray may miss what the line meets: it starts off the
+ * surface by SURFACE_EPSILON of a coordinate and is rounded, from twice the extent at most (light from infinity).
+ */
+#define ACCEL_WIDENED (4 * SURFACE_EPSILON)
+
 static void analytic_bounds(const struct RTCBoundsFunctionArguments *args)
 {
     const accel_t *accel = args->geometryUserPtr;
@@ -46,42 +59,58 @@ static void analytic_bounds(const struct RTCBoundsFunctionArguments *args)
     for (int axis = 0; axis < 3; axis++) {
         const float n = shape->normal[axis];
         half[axis] = shape->kind == SCENE_SHAPE_SPHERE ? shape->radius : shape->radius * sqrtf(fmaxf(0, 1 - n * n));
-        half[axis] += 1e-6f * (half[axis] + fabsf(shape->centre[axis])) + 1e-30f;
+        half[axis] += (float)(ACCEL_WIDENED * accel->core.extent) + 1e-30f;
     }
     const float *c = shape->centre;
     *args->bounds_o = (struct RTCBounds){c[0] - half[0], c[1] - half[1], c[2] - half[2], 0,
                                          c[0] + half[0], c[1] + half[1], c[2] + half[2], 0};
 }
 
-/* The roots of the ray with the sphere in order; how many there are. Half-b form; the discriminant from the
- * distance of the line to the centre, which does not cancel (Hearn and Baker; Haines et al., Ray Tracing Gems,
- * chapter 7). */
-static int analytic_sphere(const scene_shape_t *shape, vec3_t o, vec3_t d, double roots[2])
+/* Where the line meets a primitive beyond its origin: parameters from `place` on, in order. */
+typedef struct accel_roots {
+    double t[2];
+    bool leaves[2];
+    int count;
+} accel_roots_t;
+
+/* Half-b form; the discriminant from the distance of the line to the centre, which does not cancel (Hearn and
+ * Baker; Haines et al., Ray Tracing Gems, chapter 7). Which roots lie beyond the origin is what the origin says,
+ * inside or outside, as it was moved off the sphere if the ray starts there. */
+static void analytic_sphere(const scene_shape_t *shape, const accel_context_t *ray, accel_roots_t *roots)
 {
-    const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
+    const vec3_t centre = vec3(shape->centre[0], shape->centre[1], shape->centre[2]), d = ray->direction;
+    const vec3_t f = vec3_sub(ray->place, centre), from = vec3_sub(ray->origin, centre);
     const double r = shape->radius, a = vec3_dot(d, d), b = -vec3_dot(f, d);
     const vec3_t l = vec3_mad(f, b / a, d);
     const double discriminant = r * r - vec3_dot(l, l);
-    if (discriminant < 0)
-        return 0;
-    const double c = vec3_dot(f, f) - r * r;
-    const double q = b + copysign(sqrt(a * discriminant), b);
-    const double t0 = c / q, t1 = q / a;
-    roots[0] = t0 > t1 ? t1 : t0;
-    roots[1] = t0 > t1 ? t0 : t1;
-    return 2;
+    const bool inside = vec3_dot(from, from) < r * r;
+    roots->count = 0;
+    if (discriminant < 0 || (!inside && vec3_dot(from, d) >= 0))
+        return;
+    const double half = sqrt(discriminant / a);
+    if (!inside) {
+        roots->t[0] = b / a - half;
+        roots->leaves[0] = false;
+        roots->count = 1;
+    }
+    roots->t[roots->count] = b / a + half;
+    roots->leaves[roots->count++] = true;
 }
 
-static int analytic_disk(const scene_shape_t *shape, vec3_t o, vec3_t d, double roots[2])
+static void analytic_disk(const scene_shape_t *shape, const accel_context_t *ray, accel_roots_t *roots)
 {
     const vec3_t n = vec3(shape->normal[0], shape->normal[1], shape->normal[2]);
-    const vec3_t f = vec3_sub(o, vec3(shape->centre[0], shape->centre[1], shape->centre[2]));
-    const double cosine = vec3_dot(n, d);
-    if (cosine == 0)
-        return 0;
-    roots[0] = -vec3_dot(n, f) / cosine;
-    const vec3_t p = vec3_mad(f, roots[0], d);
-    return vec3_dot(p, p) <= (double)shape->radius * shape->radius;
+    const vec3_t centre = vec3(shape->centre[0], shape->centre[1], shape->centre[2]);
+    const vec3_t f = vec3_sub(ray->place, centre);
+    const double cosine = vec3_dot(n, ray->direction);
+    roots->count = 0;
+    /* the origin, moved off the disk if the ray starts there, must lie on the side that the ray comes from */
+    if (!(vec3_dot(n, vec3_sub(ray->origin, centre)) * cosine < 0))
+        return;
+    roots->t[0] = -vec3_dot(n, f) / cosine;
+    roots->leaves[0] = false;
+    const vec3_t p = vec3_mad(f, roots->t[0], ray->direction);
+    roots->count = vec3_dot(p, p) <= (double)shape->radius * shape->radius;
 }
 
 /* Opacity is looked at only where a shape is not opaque throughout. Emitters are: a point chosen on one is there.
@@ -109,23 +138,28 @@ static bool accel_opaque(const accel_t *accel, uint32_t shape, uint32_t primitiv
     return random_double(key, primitive) < opacity;
 }
 
-/* The nearest hit that counts: of a sphere with opacity that may be the far side. */
-static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct RTCRay *ray, double *t)
+/* The nearest hit that counts: of a sphere with opacity that may be the far side. *t in the parameter of Embree's
+ * ray, which starts at the origin. */
+static bool analytic_hit(const accel_t *accel, uint32_t primitive, const struct RTCRay *ray,
+                         const accel_context_t *line, double *t, bool *leaves)
 {
     const uint32_t index = accel->analytic[primitive];
     const scene_shape_t *shape = &accel->data->shapes[index];
-    const vec3_t o = vec3(ray->org_x, ray->org_y, ray->org_z), d = vec3(ray->dir_x, ray->dir_y, ray->dir_z);
-    double roots[2];
-    const int count = (shape->kind == SCENE_SHAPE_SPHERE ? analytic_sphere : analytic_disk)(shape, o, d, roots);
-    for (int i = 0; i < count; i++) {
-        if (!(roots[i] > (double)ray->tnear && roots[i] < (double)ray->tfar))
+    const double begin =
+        vec3_dot(vec3_sub(line->origin, line->place), line->direction) / vec3_dot(line->direction, line->direction);
+    accel_roots_t roots;
+    (shape->kind == SCENE_SHAPE_SPHERE ? analytic_sphere : analytic_disk)(shape, line, &roots);
+    for (int i = 0; i < roots.count; i++) {
+        *t = math_max(roots.t[i] - begin, 0);
+        *leaves = roots.leaves[i];
+        if (!(*t < (double)ray->tfar))
             continue;
-        *t = roots[i];
         if (!accel_shape_has_opacity(shape))
             return true;
         surface_t at = {.u = 0};
+        const accel_hit_t hit = {.shape = index, .t = *t, .leaves = *leaves};
         if (shape->alpha.texture >= 0)
-            surface_at_hit(accel->data, &(accel_hit_t){index, 0, *t, NULL}, o, d, true, &at);
+            surface_at_hit(accel->data, &hit, line->place, line->direction, true, &at);
         if (accel_opaque(accel, index, 0, at.u, at.v, ray, *t))
             return true;
     }
@@ -139,13 +173,14 @@ static void analytic_intersect(const struct RTCIntersectFunctionNArguments *args
     const accel_t *accel = args->geometryUserPtr;
     struct RTCRayHit *rayhit = (struct RTCRayHit *)args->rayhit; /* N = 1: only single rays are traced */
     double t;
-    if (!analytic_hit(accel, args->primID, &rayhit->ray, &t))
+    bool leaves;
+    if (!analytic_hit(accel, args->primID, &rayhit->ray, (const accel_context_t *)args->context, &t, &leaves))
         return;
     rayhit->ray.tfar = (float)t;
     rayhit->hit.Ng_x = 0;
     rayhit->hit.Ng_y = 0;
     rayhit->hit.Ng_z = 1;
-    rayhit->hit.u = 0;
+    rayhit->hit.u = leaves ? 1 : 0;
     rayhit->hit.v = 0;
     rayhit->hit.primID = args->primID;
     rayhit->hit.geomID = args->geomID;
@@ -159,7 +194,8 @@ static void analytic_occluded(const struct RTCOccludedFunctionNArguments *args)
     const accel_t *accel = args->geometryUserPtr;
     struct RTCRay *ray = (struct RTCRay *)args->ray;
     double t;
-    if (!analytic_hit(accel, args->primID, ray, &t))
+    bool leaves;
+    if (!analytic_hit(accel, args->primID, ray, (const accel_context_t *)args->context, &t, &leaves))
         return;
     ray->tfar = -INFINITY;
 }
@@ -283,6 +319,7 @@ fault_code_t accel_new(accel_t **out, const scene_t *scene, fault_t *fault)
         return fault_set(fault, FAULT_MEMORY, "no memory for the accelerator");
     accel->data = scene;
     accel->analytic_id = RTC_INVALID_GEOMETRY_ID;
+    accel_core_init(&accel->core, scene);
     accel->geometries = calloc(scene->shape_count + 1, sizeof *accel->geometries);
     accel->analytic = calloc(scene->shape_count + 1, sizeof *accel->analytic);
     accel->shape_of_geometry = calloc(scene->shape_count + 1, sizeof *accel->shape_of_geometry);
@@ -364,22 +401,41 @@ static struct RTCRay accel_ray(vec3_t origin, vec3_t direction, float far)
                            .mask = UINT32_MAX};
 }
 
-accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direction, accel_hit_t *hit)
+/* Embree's nearest hit up to `far`; false if there is none. */
+static bool accel_trace(const accel_t *accel, accel_context_t *context, float far, struct RTCRayHit *rayhit)
+{
+    rayhit->ray = accel_ray(context->origin, context->direction, far);
+    rayhit->hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rayhit->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcInitIntersectContext(&context->embree);
+    rtcIntersect1(accel->scene, &context->embree, rayhit);
+    return rayhit->hit.geomID != RTC_INVALID_GEOMETRY_ID;
+}
+
+accel_answer_t accel_intersect_line(const accel_t *accel, vec3_t place, vec3_t origin, vec3_t direction,
+                                    accel_hit_t *hit)
 {
     if (!accel_ray_sound(origin, direction))
         return ACCEL_BAD_RAY;
-    struct RTCRayHit rayhit = {.ray = accel_ray(origin, direction, INFINITY)};
-    rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(accel->scene, &context, &rayhit);
-    if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+    accel_context_t context = {.place = place, .origin = origin, .direction = direction};
+    struct RTCRayHit rayhit;
+    const double enters = accel->core.exists ? accel_core_entry(&accel->core, place, direction) : 0;
+    double begin = 0;
+    bool found =
+        accel_trace(accel, &context,
+                    enters > 0 ? (float)(enters + ACCEL_CORE_OVERLAP * accel->core.extent) : INFINITY, &rayhit);
+    if (!found && enters > 0) {
+        begin = enters;
+        context.origin = vec3_mad(place, begin, direction);
+        found = accel_trace(accel, &context, INFINITY, &rayhit);
+    }
+    if (!found)
         return ACCEL_MISS;
     const bool analytic = rayhit.hit.geomID == accel->analytic_id;
     hit->shape = analytic ? accel->analytic[rayhit.hit.primID] : accel->shape_of_geometry[rayhit.hit.geomID];
     hit->primitive = analytic ? 0 : rayhit.hit.primID;
-    hit->t = rayhit.ray.tfar;
+    hit->t = begin + (double)rayhit.ray.tfar;
+    hit->leaves = analytic && rayhit.hit.u > 0;
     const scene_shape_t *shape = &accel->data->shapes[hit->shape];
     hit->corners = analytic ? NULL
                             : accel->corners + accel->shape_corners[hit->shape] +
@@ -387,14 +443,19 @@ accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direc
     return ACCEL_HIT;
 }
 
+accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direction, accel_hit_t *hit)
+{
+    return accel_intersect_line(accel, origin, origin, direction, hit);
+}
+
 static accel_answer_t accel_any(const accel_t *accel, vec3_t origin, vec3_t direction, float far)
 {
     if (!accel_ray_sound(origin, direction))
         return ACCEL_BAD_RAY;
     struct RTCRay ray = accel_ray(origin, direction, far);
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(accel->scene, &context, &ray);
+    accel_context_t context = {.place = origin, .origin = origin, .direction = direction};
+    rtcInitIntersectContext(&context.embree);
+    rtcOccluded1(accel->scene, &context.embree, &ray);
     return ray.tfar < 0 ? ACCEL_HIT : ACCEL_MISS;
 }
 

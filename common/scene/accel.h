@@ -4,6 +4,10 @@
  * Every ray is checked before the call, because the library aborts on what is not finite: a bad ray is a failure of
  * its path, counted by the caller, never a call.
  *
+ * Single precision knows a ray to 2^-24 of the largest coordinate that it starts from. Two things keep in reach
+ * what is small: spheres and disks are met in double, by the ray as the caller gave it, and rays from far away are
+ * traced anew where they come near (accel_core.h).
+ *
  * The corners of triangles are kept a second time, side by side, as rays meet them: a hit in the indexed arrays
  * waits for an index, then for three positions, then for three normals, each somewhere else in memory (water of
  * 65,000 triangles: 13 % of the time of a render). Embree's geometries share the table.
@@ -34,12 +38,18 @@ typedef struct accel_hit {
      * them.
      */
     const float *corners;
+    bool leaves; /* of a sphere: its far side */
 } accel_hit_t;
 
 typedef enum accel_answer { ACCEL_MISS = 0, ACCEL_HIT = 1, ACCEL_BAD_RAY = 2 } accel_answer_t;
 
 /* The nearest hit beyond the origin. The origin is already moved off its surface (surface_offset). */
 accel_answer_t accel_intersect(const accel_t *accel, vec3_t origin, vec3_t direction, accel_hit_t *hit);
+
+/* The same for a ray that is the line through `place`, the point on the surface that the origin was moved off:
+ * where surface_at_hit finds the hit. Spheres and disks are met by that line, as narrow as they may be. */
+accel_answer_t accel_intersect_line(const accel_t *accel, vec3_t place, vec3_t origin, vec3_t direction,
+                                    accel_hit_t *hit);
 
 /* ACCEL_HIT if something lies on the open segment between two points, both moved off their surfaces. */
 accel_answer_t accel_occluded(const accel_t *accel, vec3_t from, vec3_t to);

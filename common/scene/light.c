@@ -91,7 +91,7 @@ static double triangle_emitter(const scene_t *scene, const scene_shape_t *shape,
     e->position = vec3_of(base + 3 * (size_t)corner[0]);
     e->edge1 = vec3_sub(vec3_of(base + 3 * (size_t)corner[1]), e->position);
     e->edge2 = vec3_sub(vec3_of(base + 3 * (size_t)corner[2]), e->position);
-    const vec3_t n = vec3_cross(e->edge1, e->edge2);
+    const vec3_t n = vec3_cross_exact(e->edge1, e->edge2);
     const double length = vec3_length(n);
     if (!(length > 0))
         return 0;

@@ -1,3 +1,4 @@
+#include "math/triangle.h"
 #include "math/warp.h"
 #include "scene/environment.h"
 #include "scene/light.h"
@@ -244,58 +245,18 @@ rgb_t light_eval(const light_set_t *set, const scene_t *scene, uint32_t emitter,
 
 /* ---- inverses ---- */
 
-/* a b - c d with an error of 1.5 units in the last place (Kahan; Jeannerod, Louvet and Muller 2013). */
-static double difference_of_products(double a, double b, double c, double d)
-{
-    const double cd = c * d;
-    const double error = fma(-c, d, cd);
-    return fma(a, b, -cd) + error;
-}
-
-static vec3_t exact_cross(vec3_t a, vec3_t b)
-{
-    return vec3(difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
-                difference_of_products(a.x, b.y, a.y, b.x));
-}
-
-/* Barycentric (b1, b2) of p's foot in the plane spanned by e1, e2, for p relative to the first corner. */
-static vec2_t plane_coordinates(vec3_t e1, vec3_t e2, vec3_t p)
-{
-    const vec3_t n = exact_cross(e1, e2);
-    const double scale = 1 / vec3_dot(n, n);
-    return (vec2_t){vec3_dot(exact_cross(p, e2), n) * scale, vec3_dot(exact_cross(e1, p), n) * scale};
-}
-
-/* Along the edge from a by `edge` the place nearest to p, in [0,1]; its squared distance. */
-static double nearest_on_edge(vec3_t p, vec3_t a, vec3_t edge, double *distance2)
-{
-    const vec3_t d = vec3_sub(p, a);
-    const double t = fmin(fmax(vec3_dot(d, edge) / vec3_dot(edge, edge), 0), 1);
-    const vec3_t off = vec3_mad(d, -t, edge);
-    *distance2 = vec3_dot(off, off);
-    return t;
-}
-
-/* The triangle's point nearest to p, which lies outside by rounding: on one of the edges. Clamping the coordinates
- * would move the point along a needle by its length. */
-static vec2_t nearest_on_edges(vec3_t e1, vec3_t e2, vec3_t p)
-{
-    const vec3_t origin = {0, 0, 0};
-    double d1, d2, d3;
-    const double t1 = nearest_on_edge(p, origin, e1, &d1), t2 = nearest_on_edge(p, origin, e2, &d2),
-                 t3 = nearest_on_edge(p, e1, vec3_sub(e2, e1), &d3);
-    if (d1 <= d2 && d1 <= d3)
-        return (vec2_t){t1, 0};
-    return d2 <= d3 ? (vec2_t){0, t2} : (vec2_t){1 - t3, t3};
-}
-
+/* In coordinates from the second corner, where warp_triangle's u1 is 0: b0 + b2 is r = 1 - b1, b2 / r the second
+ * number, without cancellation. */
 static void triangle_invert(const light_emitter_t *e, vec3_t position, double u[2])
 {
-    const vec3_t p = vec3_sub(position, e->position);
-    vec2_t b = plane_coordinates(e->edge1, e->edge2, p);
+    const vec3_t to_first = vec3_neg(e->edge1), to_third = vec3_sub(e->edge2, e->edge1);
+    const vec3_t p = vec3_sub(vec3_sub(position, e->position), e->edge1);
+    vec2_t b = triangle_coordinates(to_first, to_third, p);
     if (!(b.x >= 0 && b.y >= 0 && b.x + b.y <= 1))
-        b = nearest_on_edges(e->edge1, e->edge2, p);
-    warp_triangle_invert(b, &u[0], &u[1]);
+        b = triangle_nearest(to_first, to_third, p);
+    const double r = b.x + b.y;
+    u[0] = warp_clamp_unit(r * r);
+    u[1] = r > 0 ? warp_clamp_unit(b.y / r) : 0;
 }
 
 static vec3_t sphere_direction(const light_emitter_t *e, vec3_t position)

@@ -2,14 +2,11 @@
 
 #include <string.h>
 
+#include "math/triangle.h"
+
 static vec3_t surface_vec(const float *p)
 {
     return vec3(p[0], p[1], p[2]);
-}
-
-static double surface_clamp(double x)
-{
-    return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
 /* dp/du of a triangle from its corners' texture coordinates; zero where they are degenerate. */
@@ -46,7 +43,7 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, c
     const vec3_t p0 = surface_vec(corners), p1 = surface_vec(corners + stride),
                  p2 = surface_vec(corners + 2 * stride);
     const vec3_t e1 = vec3_sub(p1, p0), e2 = vec3_sub(p2, p0);
-    const vec3_t n = vec3_cross(e1, e2);
+    const vec3_t n = vec3_cross_exact(e1, e2);
     const double n2 = vec3_dot(n, n), det = vec3_dot(n, direction);
     if (!(n2 > 0) || det == 0)
         return false;
@@ -55,16 +52,16 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, c
     const vec3_t q = vec3_sub(origin, p0), r = vec3_cross(q, direction);
     const double inverse = 1 / det;
     double b1 = -vec3_dot(r, e2) * inverse, b2 = vec3_dot(r, e1) * inverse;
-    if (b1 < 0 || b2 < 0 || b1 + b2 > 1) { /* outside by rounding: to the triangle's edge */
-        b1 = surface_clamp(b1);
-        b2 = surface_clamp(b2);
-        if (b1 + b2 > 1) {
-            const double scale = 1 / (b1 + b2);
-            b1 *= scale;
-            b2 *= scale;
-        }
+    /* b1 e1 + b2 e2 = (n x r) / (n.d), which keeps its precision where the edges are all but parallel */
+    vec3_t offset = vec3_scale(vec3_cross(n, r), inverse);
+    out->moved = b1 < 0 || b2 < 0 || b1 + b2 > 1;
+    if (__builtin_expect(out->moved, 0)) { /* outside by rounding: to the triangle's edge */
+        const vec2_t b = triangle_nearest(e1, e2, offset);
+        b1 = b.x;
+        b2 = b.y;
+        offset = vec3_mad(vec3_scale(e1, b1), b2, e2);
     }
-    out->position = vec3_mad(vec3_mad(p0, b1, e1), b2, e2);
+    out->position = vec3_add(p0, offset);
     out->epsilon = SURFACE_EPSILON * math_max(vec3_max_abs(p0), math_max(vec3_max_abs(p1), vec3_max_abs(p2)));
     out->ng = vec3_scale(n, (shape->flags & SCENE_SHAPE_FLIP ? -1 : 1) / sqrt(n2));
     out->ns = out->ng;
@@ -95,7 +92,7 @@ static bool surface_triangle(const scene_t *scene, const scene_shape_t *shape, c
     return true;
 }
 
-static bool surface_sphere(const scene_shape_t *shape, double near_t, vec3_t origin, vec3_t direction, bool want_uv,
+static bool surface_sphere(const scene_shape_t *shape, bool leaves, vec3_t origin, vec3_t direction, bool want_uv,
                            surface_t *out)
 {
     const vec3_t centre = surface_vec(shape->centre);
@@ -105,12 +102,12 @@ static bool surface_sphere(const scene_shape_t *shape, double near_t, vec3_t ori
     const vec3_t l = vec3_mad(f, b, direction); /* from the centre to the line's nearest point */
     const double discriminant = math_max(0, radius * radius - vec3_dot(l, l));
     const double half = sqrt(discriminant / a);
-    /* Of the two roots b -+ half the one that Embree found, which knows it to single precision. */
-    const double t = fabs(b - half - near_t) < fabs(b + half - near_t) ? b - half : b + half;
+    const double t = leaves ? b + half : b - half;
     const vec3_t p = vec3_mad(f, t, direction);
     const vec3_t n = vec3_unit(p);
     out->position = vec3_mad(centre, radius, n);
     out->epsilon = SURFACE_EPSILON * (vec3_max_abs(centre) + radius);
+    out->moved = false;
     out->ng = shape->flags & SCENE_SHAPE_FLIP ? vec3_neg(n) : n;
     out->ns = out->ng;
     if (want_uv) {
@@ -139,6 +136,7 @@ static bool surface_disk(const scene_shape_t *shape, vec3_t origin, vec3_t direc
         p = vec3_scale(p, radius / r);
     out->position = vec3_add(centre, p);
     out->epsilon = SURFACE_EPSILON * (vec3_max_abs(centre) + radius);
+    out->moved = false;
     out->ng = shape->flags & SCENE_SHAPE_FLIP ? vec3_neg(n) : n;
     out->ns = out->ng;
     if (want_uv) {
@@ -159,7 +157,7 @@ bool surface_at_hit(const scene_t *scene, const accel_hit_t *hit, vec3_t origin,
     case SCENE_SHAPE_MESH:
         return surface_triangle(scene, shape, hit, origin, direction, want_uv, out);
     case SCENE_SHAPE_SPHERE:
-        return surface_sphere(shape, hit->t, origin, direction, want_uv, out);
+        return surface_sphere(shape, hit->leaves, origin, direction, want_uv, out);
     default:
         return surface_disk(shape, origin, direction, want_uv, out);
     }

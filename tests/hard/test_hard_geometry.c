@@ -49,7 +49,7 @@ static void check_corner(const char *name, double prism, double wedge, double le
     assert_true(leaks <= leaks_most);
     hard_expect_furnace(name, scene, (hard_job_t){.side = 8, .length = 10, .work = 200, .seed = 3}, albedo,
                         emission);
-    hard_expect_round_trips(name, scene, &(hard_round_trip_t){1, 5, 1000, 1000, 3e-3, 0.1});
+    hard_expect_round_trips(name, scene, &(hard_round_trip_t){1, 5, 1000, 1000, 1e-3, 0.1});
     hard_agree(name, scene, (hard_job_t){.side = 8, .length = 4, .work = 10});
     hard_clear();
 }
@@ -129,7 +129,7 @@ static void needles_and_slivers(void **state)
                         (hard_job_t){.side = 8, .length = 10, .work = 200, .seed = 4}, albedo, emission);
     hard_expect_invariance("needles of aspect 1e5", scene,
                            &(hard_invariance_t){.shortest = 1, .longest = 5, .paths = 2000, .least = 6000});
-    hard_expect_round_trips("needles of aspect 1e5", scene, &(hard_round_trip_t){1, 5, 1000, 1000, 3e-3, 0.1});
+    hard_expect_round_trips("needles of aspect 1e5", scene, &(hard_round_trip_t){1, 5, 1000, 1000, 1e-3, 0.1});
     hard_agree("needles of aspect 1e5", scene, (hard_job_t){.side = 8, .length = 4, .work = 10});
     hard_clear();
 }

@@ -189,7 +189,7 @@ static void check_wild(const char *name, const char *material)
     add_wild_sphere(f, 0.6, 43);
     const scene_t *scene = hard_end(name);
     hard_expect_invariance(name, scene, &(hard_invariance_t){1, 5, 3000, 3000, NULL});
-    hard_expect_round_trips(name, scene, &(hard_round_trip_t){1, 5, 1000, 1000, 3e-3, 0.1});
+    hard_expect_round_trips(name, scene, &(hard_round_trip_t){1, 5, 1000, 1000, 1e-3, 0.1});
     hard_agree(name, scene, (hard_job_t){.side = 8, .length = 4, .work = 32});
     hard_clear();
 }

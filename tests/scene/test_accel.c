@@ -96,12 +96,12 @@ static double brute_shape(const scene_t *scene, uint32_t index, vec3_t o, vec3_t
 /* The nearest hit; INFINITY if there is none. */
 static double brute_force(const scene_t *scene, vec3_t o, vec3_t d, accel_hit_t *hit)
 {
-    *hit = (accel_hit_t){0, 0, INFINITY, NULL};
+    *hit = (accel_hit_t){.t = INFINITY};
     for (uint32_t i = 0; i < scene->shape_count; i++) {
         uint32_t primitive;
         const double t = brute_shape(scene, i, o, d, &primitive);
         if (t < hit->t)
-            *hit = (accel_hit_t){i, primitive, t, NULL};
+            *hit = (accel_hit_t){.shape = i, .primitive = primitive, .t = t};
     }
     return hit->t;
 }
@@ -275,6 +275,78 @@ static void rays_leave_the_surface_they_start_on(void **state)
     }
 }
 
+/* ---- small things far away ---- */
+
+/* A sphere of 1e-8 of the distance is met by the line that is aimed at it, whatever the origin was moved by, and
+ * not by one that passes at 1.001 of its radius. */
+static void lines_meet_spheres_of_a_hundred_millionth(void **state)
+{
+    (void)state;
+    small_scene_t small;
+    small_scene_begin(&small);
+    const float centre[3] = {0.125f, 0.75f, -0.25f}, radius = 1e-8f;
+    small_add_sphere(&small, small_add_diffuse(&small, 0.5, 0.5, 0.5), centre, radius);
+    small_set_camera(&small, 0, 0, 5, 0.5);
+    small_scene_finish(&small);
+    accel_t *accel = accel_of(&small.scene);
+    stream_t stream = stream_of(8);
+    const vec3_t c = of_floats(centre);
+    for (int i = 0; i < 20000; i++) {
+        const vec3_t place = stream_point(&stream, 1), n = stream_direction(&stream), to = vec3_sub(c, place);
+        const frame_t frame = frame_of_normal(vec3_unit(to));
+        const double far = 1.001 * sqrt(stream_number(&stream)), turn = 2 * MATH_PI * stream_number(&stream);
+        const double across = i % 2 ? 0.999 * far / 1.001 : 1.001;
+        const vec3_t aim = vec3_mad(vec3_mad(c, across * (double)radius * cos(turn), frame.s),
+                                    across * (double)radius * sin(turn), frame.t);
+        const vec3_t d = vec3_unit(vec3_sub(aim, place));
+        accel_hit_t hit;
+        const accel_answer_t answer =
+            accel_intersect_line(accel, place, surface_offset(place, n, SURFACE_EPSILON, d), d, &hit);
+        assert_int_equal(answer, i % 2 ? ACCEL_HIT : ACCEL_MISS);
+        if (answer == ACCEL_HIT)
+            assert_false(hit.leaves);
+    }
+    accel_destroy(&accel);
+    small_scene_clear(&small);
+}
+
+/* A floor of half side 1 in a room of half side 1e5: of its two triangles the walls see the one they aim at, to
+ * 1e-5 from their common edge. Single precision alone would miss by 1e-2. */
+static void rays_from_far_find_the_core(void **state)
+{
+    (void)state;
+    enum { SIDE = 100000 };
+    static const float floor_corners[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
+    static const float wall_corners[] = {-SIDE, -SIDE, -SIDE, -SIDE, SIDE,  -SIDE,
+                                         -SIDE, SIDE,  SIDE,  -SIDE, -SIDE, SIDE};
+    small_scene_t small;
+    small_scene_begin(&small);
+    const uint32_t grey = small_add_diffuse(&small, 0.5, 0.5, 0.5);
+    small_add_quads(&small, grey, SCENE_NONE, floor_corners, 1);
+    small_add_quads(&small, grey, SCENE_NONE, wall_corners, 1);
+    small_set_camera(&small, 0, 0, 5, 0.5);
+    small_scene_finish(&small);
+    accel_t *accel = accel_of(&small.scene);
+    stream_t stream = stream_of(9);
+    for (int i = 0; i < 20000; i++) {
+        const double y = SIDE * (0.1 + 0.9 * stream_number(&stream)), z = SIDE * (2 * stream_number(&stream) - 1),
+                     along = 1.9 * stream_number(&stream) - 0.95,
+                     beside = (i % 2 ? 1 : -1) * pow(10, -3 * stream_number(&stream)) * (1 - fabs(along));
+        const vec3_t place = vec3(-SIDE, y, z), aim = vec3(along + beside / 2, 0, along - beside / 2);
+        const vec3_t d = vec3_unit(vec3_sub(aim, place));
+        accel_hit_t hit;
+        surface_t at;
+        assert_int_equal(accel_intersect_line(accel, place, surface_offset(place, vec3(1, 0, 0), 0.1, d), d, &hit),
+                         ACCEL_HIT);
+        assert_int_equal(hit.shape, 0);
+        assert_true(surface_at_hit(&small.scene, &hit, place, d, false, &at));
+        assert_false(at.moved);
+        assert_vec3_near(at.position, aim, 1e-9);
+    }
+    accel_destroy(&accel);
+    small_scene_clear(&small);
+}
+
 /* ---- bad rays ---- */
 
 static void bad_rays_are_refused(void **state)
@@ -331,6 +403,8 @@ int main(void)
         cmocka_unit_test(far_points_see_each_other_from_both_ends),
         cmocka_unit_test(nothing_leaks_from_closed_shapes),
         cmocka_unit_test(rays_leave_the_surface_they_start_on),
+        cmocka_unit_test(lines_meet_spheres_of_a_hundred_millionth),
+        cmocka_unit_test(rays_from_far_find_the_core),
         cmocka_unit_test(bad_rays_are_refused),
         cmocka_unit_test(memory_is_counted),
     };

@@ -49,7 +49,7 @@ static void barycentric_coordinates_are_clamped(void **state)
     small_scene_finish(&small);
     const vec3_t p0 = of_floats(corners), e1 = vec3_sub(of_floats(corners + 3), p0),
                  e2 = vec3_sub(of_floats(corners + 6), p0);
-    const accel_hit_t hit = {0, 0, 1, NULL};
+    const accel_hit_t hit = {.t = 1};
     stream_t stream = stream_of(31);
     int outside = 0;
     for (int i = 0; i < 20000; i++) {
@@ -87,14 +87,13 @@ static void degenerate_hits_give_no_nonsense(void **state)
     small_set_camera(&small, 0, 0, 5, 0.5);
     small_scene_finish(&small);
     surface_t at;
-    assert_false(
-        surface_at_hit(&small.scene, &(accel_hit_t){0, 0, 1, NULL}, vec3(-1, 0, 0.5), vec3(1, 0, 0), false, &at));
-    assert_false(
-        surface_at_hit(&small.scene, &(accel_hit_t){0, 2, 1, NULL}, vec3(2, 1, 0), vec3(0.1, -1, 0), false, &at));
+    assert_false(surface_at_hit(&small.scene, &(accel_hit_t){.t = 1}, vec3(-1, 0, 0.5), vec3(1, 0, 0), false, &at));
+    assert_false(surface_at_hit(&small.scene, &(accel_hit_t){.primitive = 2, .t = 1}, vec3(2, 1, 0),
+                                vec3(0.1, -1, 0), false, &at));
     for (double slope = 1e-3; slope > 1e-323; slope *= 1e-3)
         for (int i = 0; i < 4; i++) {
             const vec3_t o = vec3(i & 1 ? -1 : 0, i & 2 ? slope : 0, 0.5);
-            if (!surface_at_hit(&small.scene, &(accel_hit_t){0, 0, 1, NULL}, o, vec3(1, -slope, 0), true, &at))
+            if (!surface_at_hit(&small.scene, &(accel_hit_t){.t = 1}, o, vec3(1, -slope, 0), true, &at))
                 continue;
             if (!vec3_finite(at.position) || !isfinite(at.u + at.v) ||
                 !(at.u >= at.v && at.v >= 0 && at.u <= 1 + 1e-15))
@@ -176,7 +175,7 @@ static void triangles_interpolate_coordinates(void **state)
                          b0 = 1 - b1 - b2;
             const vec3_t q = vec3_mad(vec3_mad(p0, b1, e1), b2, e2), d = direction_at(&stream, n, 0.1 + 0.9 * b2);
             surface_t at, moved;
-            const accel_hit_t hit = {0, 0, 1, NULL};
+            const accel_hit_t hit = {.t = 1};
             assert_true(surface_at_hit(&small.scene, &hit, vec3_sub(q, d), d, true, &at));
             assert_near(at.u, b0 * (double)uv[0] + b1 * (double)uv[2] + b2 * (double)uv[4], 1e-13);
             assert_near(at.v, b0 * (double)uv[1] + b1 * (double)uv[3] + b2 * (double)uv[5], 1e-13);
@@ -207,8 +206,7 @@ static void check_round_tangent(const scene_t *scene, vec3_t q, vec3_t towards, 
     surface_t moved;
     const vec3_t next = vec3_mad(q, h, t);
     assert_near(vec3_dot(t, at->ng), 0, 1e-12);
-    assert_true(
-        surface_at_hit(scene, &(accel_hit_t){0, 0, 1, NULL}, vec3_sub(next, towards), towards, true, &moved));
+    assert_true(surface_at_hit(scene, &(accel_hit_t){.t = 1}, vec3_sub(next, towards), towards, true, &moved));
     const double du = moved.u - at->u < -0.5 ? moved.u - at->u + 1 : moved.u - at->u;
     assert_true(du > 0);
     /* along a circle of radius |tangent| the angle grows by h / |tangent|, to second order in that */
@@ -243,7 +241,7 @@ static void spheres_and_disks_have_pbrt_coordinates(void **state)
             const vec3_t q = vec3_mad(vec3_mad(vec3_scale(axis, z), r * cos(phi), zero), r * sin(phi), third);
             const vec3_t d = vec3_neg(disk ? axis : vec3_unit(q));
             surface_t at;
-            assert_true(surface_at_hit(&small.scene, &(accel_hit_t){0, 0, 1, NULL}, vec3_sub(q, d), d, true, &at));
+            assert_true(surface_at_hit(&small.scene, &(accel_hit_t){.t = 1}, vec3_sub(q, d), d, true, &at));
             assert_vec3_near(at.position, q, 1e-7); /* axis and tangent are unit to single precision */
             assert_near(fabs(at.u - u) > 0.5 ? 1 - fabs(at.u - u) : fabs(at.u - u), 0, 1e-7 / r);
             assert_near(at.v, v, 1e-6);
