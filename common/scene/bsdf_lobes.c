@@ -84,9 +84,9 @@ static void refract_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t 
     if (!refraction_of(eta, wo, wi, &r))
         return;
     const double au = lobe->alpha_u, av = lobe->alpha_v, iz = -wi.z;
-    /* seen from the thinner side, where no cancellation in g comes near total reflection */
-    const double fresnel = eta > 1 ? fresnel_dielectric(r.om, eta) : fresnel_dielectric(-r.im, 1 / eta);
-    const double x = ggx_d(au, av, r.m, 1) * (1 - fresnel) * r.om * -r.im / r.h2;
+    /* each cosine times its index is the other side's g: nothing cancels near total reflection */
+    const double through = fresnel_dielectric_t(r.om, eta, -r.im * eta);
+    const double x = ggx_d(au, av, r.m, 1) * through * r.om * -r.im / r.h2;
     const double lo = ggx_stretch(au, av, wo), li = ggx_stretch(au, av, wi);
     const double eta2 = eta * eta;
     const double f = 2 * x / (lo * iz + li * wo.z) * (mode == BSDF_IMPORTANCE ? eta2 : 1);
@@ -240,11 +240,26 @@ double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double
     case BSDF_MIRROR_DIELECTRIC:
         return fresnel_dielectric_g(wo.z, eta, g);
     case BSDF_MIRROR_THIN: {
-        const double r = fresnel_dielectric(wo.z, lobe->eta);
+        const double r = fresnel_dielectric_g(wo.z, lobe->eta, g);
         return 2 * r / (1 + r);
     }
     default:
         return 1;
+    }
+}
+
+/* 1 - bsdf_lobe_reflects without cancellation; of a thin dielectric (1 - R) / (1 + R) = T / (2 - T). */
+static double lobe_transmits(const bsdf_lobe_t *lobe, double eta, double c, double reflects, double g)
+{
+    switch (lobe->kind) {
+    case BSDF_MIRROR_DIELECTRIC:
+        return fresnel_dielectric_t(c, eta, g);
+    case BSDF_MIRROR_THIN: {
+        const double t = fresnel_dielectric_t(c, lobe->eta, g);
+        return t / (2 - t);
+    }
+    default:
+        return 1 - reflects;
     }
 }
 
@@ -276,10 +291,10 @@ void bsdf_lobe_specular(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double r
         out->coefficient = rgb_scale(mirror_coefficient(lobe, wo.z), reflects);
         return;
     }
-    out->probability = 1 - reflects;
-    out->coefficient = rgb_scale(lobe->color, 1 - reflects);
+    out->probability = lobe_transmits(lobe, eta, wo.z, reflects, g);
+    out->coefficient = rgb_scale(lobe->color, out->probability);
     out->wi = vec3_neg(wo);
-    if (lobe->kind != BSDF_MIRROR_DIELECTRIC || reflects >= 1)
+    if (lobe->kind != BSDF_MIRROR_DIELECTRIC || !(out->probability > 0))
         return;
     const double inverse = 1 / eta;
     out->wi = vec3(-wo.x * inverse, -wo.y * inverse, -g * inverse);

@@ -37,7 +37,7 @@ typedef struct bsdf_specular {
     bool transmitted;
 } bsdf_specular_t;
 
-/* Probability that a specular lobe reflects. *g: eta times the refracted cosine, of a lobe that refracts. */
+/* Probability that a specular lobe reflects. *g: index times the refracted cosine, of a dielectric lobe. */
 double bsdf_lobe_reflects(const bsdf_lobe_t *lobe, double eta, vec3_t wo, double *g);
 
 /* The specular event that `transmitted` names; probability 0 if there is none. `reflects` and g are

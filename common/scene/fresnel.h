@@ -39,33 +39,44 @@ static inline double fresnel_dielectric(double c, double eta)
     return fresnel_dielectric_g(c, eta, NULL);
 }
 
+/* The transmittance 1 - F from g as above, 0 where g is (ibid., eq. 22):
+ *     T_s = 4 c g / (c + g)^2,   T_p = 4 eta^2 c g / (eta^2 c + g)^2
+ * 1 - F itself keeps nothing of T at a cosine of 1e-16. */
+static inline double fresnel_dielectric_t(double c, double eta, double g)
+{
+    const double c2 = eta * eta * c, s = c + g, p = c2 + g;
+    const double t = 2 * g * (c / (s * s) + c2 / (p * p));
+    return t < 1 ? t : 1;
+}
+
 /* Conductor of complex relative index n + i k (ibid., 13.4.1; the real form of Lafortune's notes):
- *     2 a^2 = |q| + q',  q = (n + i k)^2 - sin^2 = q' + i q'',  |q| = sqrt(q'^2 + q''^2)
- *     R_s = (|q| + c^2 - 2 a c) / (|q| + c^2 + 2 a c)
+ *     2 a^2 = |q| + q',  2 b^2 = |q| - q',  q = (n + i k)^2 - sin^2 = q' + i q'',  |q| = sqrt(q'^2 + q''^2)
+ *     R_s = ((a - c)^2 + b^2) / ((a + c)^2 + b^2)
  *     R_p = R_s (p - 2 a c s^2) / (p + 2 a c s^2),  p = c^2 |q| + s^4,  s^2 = sin^2
- * so that (R_s + R_p) / 2 = R_s p / (p + 2 a c s^2). 2 a^2 is q''^2 / (|q| - q') where q' is negative: no
- * cancellation for large k. n > 0. Plain loops over four lanes, without branches, of which compilers make vectors.
+ * so that (R_s + R_p) / 2 = R_s p / (p + 2 a c s^2). Of 2 a^2 and 2 b^2 the smaller is q''^2 over the larger: no
+ * cancellation for large k or small reflectance. n > 0. Plain loops over four lanes, without branches, of which
+ * compilers make vectors.
  */
 static inline rgb_t fresnel_conductor(double c, rgb_t n3, rgb_t k3)
 {
     const double n[4] = {n3.r, n3.g, n3.b, n3.b}, k[4] = {k3.r, k3.g, k3.b, k3.b};
     const double c2 = c * c, s2 = (1 - c) * (1 + c);
-    double re[4], im[4], size[4], a[4], f[4];
+    double re[4], im[4], size[4], a[4], b2[4], f[4];
     for (int i = 0; i < 4; i++) {
         re[i] = (n[i] - k[i]) * (n[i] + k[i]) - s2;
         im[i] = 2 * n[i] * k[i];
         size[i] = sqrt(re[i] * re[i] + im[i] * im[i]);
     }
     for (int i = 0; i < 4; i++) {
-        const double twice = size[i] + fabs(re[i]);
-        const double top = re[i] >= 0 ? twice : im[i] * im[i];
-        const double bottom = re[i] >= 0 ? 1 : twice;
-        a[i] = sqrt(0.5 * top / bottom);
+        const double more = 0.5 * (size[i] + fabs(re[i])); /* of a^2 and b^2 */
+        const double less = more > 0 ? 0.25 * im[i] * im[i] / more : 0;
+        a[i] = sqrt(re[i] >= 0 ? more : less);
+        b2[i] = re[i] >= 0 ? less : more;
     }
     for (int i = 0; i < 4; i++) {
         const double ac2 = 2 * a[i] * c, p = c2 * size[i] + s2 * s2;
-        const double top = size[i] + c2 - ac2;
-        f[i] = (top > 0 ? top : 0) * p / ((size[i] + c2 + ac2) * (p + ac2 * s2));
+        const double minus = a[i] - c, plus = a[i] + c;
+        f[i] = (minus * minus + b2[i]) * p / ((plus * plus + b2[i]) * (p + ac2 * s2));
     }
     return rgb(f[0], f[1], f[2]);
 }
