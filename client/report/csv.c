@@ -61,7 +61,11 @@ static void put_lengths(FILE *out, const report_t *report)
         put_number(out, k->zero_contribution, ",");
         put_number(out, k->longest_stay, ",");
         put_number(out, k->light, ",");
-        put_number(out, k->cap, LINE_END);
+        put_number(out, k->cap, ",");
+        put_number(out, k->inefficiency, ",");
+        put_number(out, k->rays, ",");
+        put_number(out, k->steps, ",");
+        put_number(out, k->large_step, LINE_END);
     }
 }
 
@@ -126,7 +130,7 @@ static const struct {
     [CSV_LENGTHS] =
         {"lengths.csv",
          "length,b,b_standard_error,relmse,share,mutations,chains,cpu_seconds,zero_contribution,longest_stay,"
-         "light,cap",
+         "light,cap,inefficiency,rays,steps,large_step",
          put_lengths},
     [CSV_MOVES] = {"moves.csv", "length,move,proposed,acceptance", put_moves},
     [CSV_TECHNIQUES] = {"techniques.csv", "length,s,t,value,standard_error", put_techniques},

@@ -177,6 +177,36 @@ static void put_lengths_table(page_t *page)
     page_table_end(page, true);
 }
 
+/* What chains that were tried before the render said of their length, and how it is stepped for that. */
+static void put_trials_table(page_t *page)
+{
+    static const page_column_t columns[] = {{"Length", false},
+                                            {"Mutations worth a draw", false},
+                                            {"Rays a mutation", false},
+                                            {"Small steps, times", false},
+                                            {"Large steps", false}};
+    const report_t *report = page->report;
+    uint32_t known = 0;
+    for (uint32_t i = 0; i < report->length_count; i++)
+        known += isfinite(report->lengths[i].inefficiency);
+    if (known == 0)
+        return;
+    page_table(page, "Trials before the render", columns, sizeof columns / sizeof columns[0], true);
+    for (uint32_t i = 0; i < report->length_count; i++) {
+        const report_length_t *k = &report->lengths[i];
+        if (!isfinite(k->inefficiency))
+            continue;
+        page_row(page);
+        page_cell_number(page, PAGE_COUNT, k->length);
+        page_cell_number(page, PAGE_NUMBER, k->inefficiency);
+        page_cell_number(page, PAGE_NUMBER, k->rays);
+        page_cell_number(page, PAGE_NUMBER, k->steps);
+        page_cell_number(page, PAGE_PERCENT, k->large_step);
+        page_row_end(page);
+    }
+    page_table_end(page, true);
+}
+
 /* Of samples beside the chains. */
 static void put_samples_words(page_t *page)
 {
@@ -201,6 +231,7 @@ void page_lengths(page_t *page)
     if (largest_share(&columns) > 0)
         put_shares_plot(page, &columns);
     put_lengths_table(page);
+    put_trials_table(page);
     page_section_end(page);
 }
 

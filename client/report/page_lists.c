@@ -167,6 +167,9 @@ void page_service(page_t *page)
     put_service_row(page, "Rendering, processor", PAGE_SECONDS,
                     report_number(report, "time", "render_cpu_seconds"));
     put_service_row(page, "Pilot's candidates", PAGE_COUNT, report_number(report, "pilot", "candidates"));
+    if (report_number(report, "pilot", "trial_chains") > 0)
+        put_service_row(page, "Chains tried before the render", PAGE_COUNT,
+                        report_number(report, "pilot", "trial_chains"));
     put_service_row(page, "Refining samples", PAGE_COUNT, report_number(report, "pilot", "refining_samples"));
     put_service_row(page, "Mutations per core and second", PAGE_COUNT,
                     floor(report_number(report, "rates", "mutations_per_cpu_second")));

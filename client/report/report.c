@@ -93,6 +93,10 @@ static void read_length(report_length_t *length, const json_t *object)
     length->light = report_number_of(object, "light");
     length->cap = report_number_of(object, "cap");
     length->relmse = report_number_of(object, "relmse");
+    length->inefficiency = report_number_of(object, "inefficiency");
+    length->rays = report_number_of(object, "rays");
+    length->steps = report_number_of(object, "steps");
+    length->large_step = report_number_of(object, "large_step");
     const json_t *bias = member_of(object, "bias");
     length->bias_failures = report_number_of(bias, "failure_share");
     length->bias_variation = report_number_of(bias, "total_variation");

@@ -54,6 +54,7 @@ typedef struct report_technique {
 typedef struct report_length {
     double length, b, b_error, light, cap, relmse, share, mutations, chains, cpu_seconds, zero_contribution,
         longest_stay;
+    double inefficiency, rays, steps, large_step;     /* by trials before the render */
     double bias_failures, bias_variation, bias_block; /* of failures that are left out */
     report_move_t moves[REPORT_MAX_MOVES];
     uint32_t move_count;

@@ -192,6 +192,7 @@ static void full_report_has_every_section(void **state)
     assert_has(html, "samples: 70.6\xc2\xa0% of the processor time"); /* with the lengths' */
     assert_has(html, "length 3: all light, ");
     assert_has(html, ">2.25</td>");                      /* a cap */
+    assert_has(html, ">34.5</td>");                      /* what a trial said */
     assert_has(html, "row 1, column 2: 2 (1.9 to 2.1)"); /* a region */
     assert_has(html, ">20\xc2\xa0%</td>");               /* the bias of a block */
     assert_has(html, ">5.5\xc2\xa0%</td>");              /* the deviation of a group */
