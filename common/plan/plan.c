@@ -54,7 +54,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
         code = fault_set(fault, FAULT_MEMORY, "no memory for an image of %u x %u", s->width, s->height);
         goto cleanup;
     }
-    code = plan_groups_init(&plan->groups, s->max_path_length, fault);
+    code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
     plan_size_pilot(plan);
     for (uint32_t k = plan_has_seeds(plan, 0) ? 0 : 1; k <= s->max_path_length && !code; k++) {
         plan->lengths[k].weights = calloc(plan->candidates, sizeof(double));

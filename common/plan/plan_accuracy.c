@@ -5,6 +5,7 @@
 
 #include "plan/plan_estimate.h"
 #include "plan/plan_law.h"
+#include "plan/plan_regions.h"
 
 void plan_note_error(plan_t *plan)
 {

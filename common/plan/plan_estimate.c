@@ -3,14 +3,19 @@
  * Chains: I = sum_k (b_k / N_k) S_k, S_k the film of length k, N_k its mutations. Units of one length are (given
  * the seeds) independent, their variance in proportion to their size n (1 but for the last one), so the variance of
  * S_k is that between units: n_k / (U_k - 1) (Q_k - S_k^2 / n_k), Q_k the sum of x^2 / n over U_k units, n_k the
- * sum of n. Lengths share one sum of squares, so n_k / (U_k - 1) is a mean over them. The error of b_k itself adds
- * (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same with one film.
+ * sum of n. Lengths share one sum of squares by pixel, in which they have the weights that the plan foresaw; what
+ * b_k / N_k and U_k have become since is known by length. So the squares are brought to the image's variance by a
+ * factor (`correction`) that is a mean over lengths, each with its part of the variance in a block of the image.
+ * The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same
+ * with one film.
  */
 #include "plan/plan_estimate.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
-static const double ESTIMATE_STUDENT = 2.131; /* 97.5 % at PLAN_GROUPS - 1 degrees of freedom */
+#include "plan/plan_regions.h"
+#include "plan/plan_scatter.h"
 
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
 {
@@ -63,11 +68,82 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
     return estimate_join(plan, k, 1 + s, error);
 }
 
+/* Squares of one length less what their mean takes off them, by block. */
+static void pixels_blocks(const plan_pixels_t *pixels, uint32_t i, double blocks[PLAN_GROUP_BLOCKS])
+{
+    const plan_t *plan = pixels->plan;
+    double taken[PLAN_GROUP_BLOCKS] = {0};
+    for (size_t p = 0; p < plan->pixels; p++) {
+        const int64_t *sums = pixels->sums[i] + FILM_CHANNELS * p;
+        double squares = 0;
+        for (size_t c = 0; c < FILM_CHANNELS; c++)
+            squares += (double)sums[c] * (double)sums[c];
+        taken[plan_block(plan, p)] += squares;
+    }
+    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+        blocks[block] =
+            fmax(0, plan_groups_squares(&plan->groups, pixels->lengths[i], block) * pixels->squares_factor -
+                        taken[block] * pixels->square[i]);
+}
+
+/* A chain length with a single unit has no variance yet. What it will bring beside the others is foreseen by their
+ * shares (plan_budget.c): they stand in for it. */
+static double pixels_unseen(const plan_pixels_t *pixels)
+{
+    const plan_t *plan = pixels->plan;
+    double all = 0, seen = 0;
+    for (uint32_t i = 0; i < pixels->count; i++) {
+        const plan_length_t *length = &plan->lengths[pixels->lengths[i]];
+        if (plan_is_samples(plan, pixels->lengths[i]))
+            continue;
+        const double part = plan_is_whole(plan) ? 1 : length->b * length->need / (double)length->merged;
+        all += part;
+        seen += length->units_in > 1 ? part : 0;
+    }
+    return all > 0 ? all / seen : 1;
+}
+
+static void pixels_correct(plan_pixels_t *pixels)
+{
+    const plan_t *plan = pixels->plan;
+    const double unseen = pixels_unseen(pixels);
+    bool known = unseen < INFINITY;
+    double all[PLAN_GROUP_BLOCKS] = {0}, sums[2] = {0, 0};
+    for (uint32_t i = 0; i < pixels->count; i++) {
+        const plan_length_t *length = &plan->lengths[pixels->lengths[i]];
+        const double units = (double)length->units_in;
+        double blocks[PLAN_GROUP_BLOCKS];
+        known &= units > 1 || !plan_is_samples(plan, pixels->lengths[i]);
+        if (units < 2)
+            continue;
+        pixels->excess[i] = pixels->factor[i] * pixels->factor[i] / pixels->square[i] / (units - 1);
+        if (!plan_is_samples(plan, pixels->lengths[i]))
+            pixels->excess[i] *= unseen;
+        pixels_blocks(pixels, i, blocks);
+        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+            all[block] += blocks[block];
+            pixels->correction[block] += blocks[block] * pixels->excess[i];
+        }
+    }
+    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+        sums[0] += pixels->correction[block];
+        sums[1] += all[block];
+    }
+    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+        if (!known)
+            pixels->correction[block] = INFINITY;
+        else if (all[block] > 0)
+            pixels->correction[block] /= all[block];
+        else
+            pixels->correction[block] = sums[1] > 0 ? sums[0] / sums[1] : 1;
+    }
+}
+
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
 {
     *pixels = (plan_pixels_t){.plan = plan};
     const uint32_t first = plan_first(plan), last = plan_last(plan);
-    double counted = 0, units = 0, sizes = 0;
+    double counted = 0;
     for (uint32_t k = first; k <= last; k++)
         counted += plan_mutations_of(plan, k) * plan_counted(plan, &plan->lengths[k]);
     const double squares = plan->weight_max / counted; /* of one unit of c_k x */
@@ -85,15 +161,14 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
         const double size = (double)length->merged / (double)length->unit_mutations;
         pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * size);
-        units += (double)length->units_in * length->share;
-        sizes += size * length->share;
     }
     pixels->squares_factor = squares * squares * 0x1p-40;
-    pixels->correction = units > 1 ? sizes / (units - 1) : INFINITY;
+    pixels_correct(pixels);
 }
 
 void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3])
 {
+    const double correction = pixels->correction[plan_block(pixels->plan, p)];
     for (size_t c = 0; c < FILM_CHANNELS; c++) {
         double v = 0, b_part = 0, taken = 0;
         for (uint32_t i = 0; i < pixels->count; i++) {
@@ -104,7 +179,7 @@ void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double v
         }
         const double squares = (double)pixels->plan->squares[FILM_CHANNELS * p + c] * pixels->squares_factor;
         value[c] = v;
-        variance[c] = b_part + (squares > taken ? (squares - taken) * pixels->correction : 0);
+        variance[c] = b_part + (squares > taken ? (squares - taken) * correction : 0);
     }
 }
 
@@ -200,13 +275,6 @@ static double estimate_weight(const plan_t *plan, const estimate_planes_t *plane
     return 1 / (value * value + planes->floor) / (double)(FILM_CHANNELS * plan->pixels);
 }
 
-static uint32_t estimate_block(const plan_t *plan, size_t p)
-{
-    const uint32_t x = (uint32_t)(p % plan->settings.width), y = (uint32_t)(p / plan->settings.width);
-    return plan_groups_block(y, plan->settings.height) * PLAN_GROUP_SIDE +
-           plan_groups_block(x, plan->settings.width);
-}
-
 /* relMSE, and the mean weight of each block's pixels. */
 static double estimate_relmse(const plan_t *plan, const estimate_planes_t *planes,
                               double weights[PLAN_GROUP_BLOCKS])
@@ -215,7 +283,7 @@ static double estimate_relmse(const plan_t *plan, const estimate_planes_t *plane
     for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
         weights[i] = 0;
     for (size_t p = 0; p < plan->pixels; p++) {
-        const uint32_t block = estimate_block(plan, p);
+        const uint32_t block = plan_block(plan, p);
         for (size_t c = 0; c < FILM_CHANNELS; c++) {
             const double weight = estimate_weight(plan, planes, p, c);
             sum += planes->variances[c * plan->pixels + p] * weight;
@@ -228,123 +296,110 @@ static double estimate_relmse(const plan_t *plan, const estimate_planes_t *plane
     return sum;
 }
 
-/* Squares of a length come by block, what their mean takes off them by pixel: with the blocks' weights both. */
-static void estimate_lengths(const plan_pixels_t *pixels, const double weights[PLAN_GROUP_BLOCKS], double relmse,
-                             double lengths[PATH_MAX_VERTICES])
+/* What each length brings to relMSE; returns the relative variance that relMSE has by the errors of the b_k, each
+ * one normal number. */
+static double estimate_lengths(const plan_pixels_t *pixels, const double weights[PLAN_GROUP_BLOCKS], double relmse,
+                               double lengths[PATH_MAX_VERTICES])
 {
     const plan_t *plan = pixels->plan;
-    double all = 0;
+    double all = 0, b_squares = 0;
     for (uint32_t i = 0; i < pixels->count; i++) {
-        double taken = 0, b_part = 0;
+        double sum = 0, blocks[PLAN_GROUP_BLOCKS];
         for (size_t p = 0; p < plan->pixels; p++)
             for (size_t c = 0; c < FILM_CHANNELS; c++) {
-                const double sum = (double)pixels->sums[i][FILM_CHANNELS * p + c],
-                             square = sum * sum * weights[estimate_block(plan, p)];
-                taken += square * pixels->square[i];
-                b_part += square * pixels->b_variance[i];
+                const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
+                sum += x * x * weights[plan_block(plan, p)] * pixels->b_variance[i];
             }
-        const double squares =
-            plan_groups_squares(&plan->groups, pixels->lengths[i], weights) * pixels->squares_factor;
-        lengths[pixels->lengths[i]] = b_part + fmax(0, squares - taken) * pixels->correction;
-        all += lengths[pixels->lengths[i]];
+        b_squares += sum * sum;
+        pixels_blocks(pixels, i, blocks);
+        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+            sum += weights[block] * blocks[block] * pixels->excess[i];
+        lengths[pixels->lengths[i]] = sum;
+        all += sum;
     }
     for (uint32_t i = 0; i < pixels->count && all > 0; i++) /* blocks' weights are not quite the pixels' */
         lengths[pixels->lengths[i]] *= relmse / all;
+    return all > 0 ? 2 * b_squares / (all * all) : 0;
+}
+
+/* relMSE's squares over pixels and channels: how many of them it would be, were all alike. */
+static double estimate_pixels(const plan_t *plan, const estimate_planes_t *planes)
+{
+    double sum = 0, squares = 0;
+    for (size_t p = 0; p < plan->pixels; p++)
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            const double part = planes->variances[c * plan->pixels + p] * estimate_weight(plan, planes, p, c);
+            sum += part;
+            squares += part * part;
+        }
+    return squares > 0 ? sum * sum / squares : 0;
+}
+
+/* Whether few paths make most of the error, by what the render has seen of them: then there are likely others that
+ * it has not. How often that is right is in docs/accuracy.md. `pixels`: part of the image that bears the error. */
+static void estimate_trust(const plan_scatter_t *scatter, double pixels, plan_error_t *error)
+{
+    const double most_scatter = 0.25, most_dominance = 0.25, least_pixels = 0.01;
+    if (scatter->dominance > most_dominance)
+        snprintf(error->reason, sizeof error->reason,
+                 "one of %d groups of units brings %.0f %% of the squared error", PLAN_GROUPS,
+                 100 * scatter->dominance);
+    else if (pixels < least_pixels)
+        snprintf(error->reason, sizeof error->reason, "%.2g %% of the pixels bring most of the squared error",
+                 100 * pixels);
+    else if (scatter->own > most_scatter)
+        snprintf(error->reason, sizeof error->reason,
+                 "the squared error scatters by %.0f %% between groups of units", 100 * scatter->own);
+    error->reliable = !error->reason[0];
+}
+
+/* The estimate and the error itself differ independently of each other: a sum of their variances. What noise does
+ * to the weights is of second order, a part of up to twice relMSE, and makes the estimate too small
+ * (docs/accuracy.md): the upper end has room for it. `of_b`: relative variance by the errors of the b_k. */
+static void estimate_interval(const plan_pixels_t *pixels, const estimate_planes_t *planes, double of_b,
+                              plan_error_t *error)
+{
+    const plan_t *plan = pixels->plan;
+    double weights[PLAN_SPOTS], factor[PATH_MAX_VERTICES] = {0};
+    plan_scatter_t scatter;
+    error->reason[0] = 0;
+    for (uint32_t i = 0; i < plan->groups.spot_count; i++) {
+        const size_t p = plan_groups_spot(&plan->groups, i);
+        const double value = rgb_luminance(
+            rgb(planes->values[p], planes->values[plan->pixels + p], planes->values[2 * plan->pixels + p]));
+        weights[i] = 1 / (value * value + planes->floor) / plan->groups.spot_count;
+    }
+    for (uint32_t i = 0; i < pixels->count; i++)
+        factor[pixels->lengths[i]] = pixels->factor[i];
+    if (!plan_scatter_measure(&scatter, &plan->groups, factor, weights)) {
+        snprintf(error->reason, sizeof error->reason, "too few units of work to see how the error scatters");
+        return;
+    }
+    scatter.own = hypot(scatter.own, sqrt(of_b));
+    const double sigma = plan_student(scatter.freedom) * hypot(scatter.own, scatter.estimate);
+    error->spread = scatter.estimate;
+    error->low = error->relmse * exp(-sigma);
+    error->high = error->relmse * exp(sigma) * (1 + 2 * error->relmse);
+    estimate_trust(&scatter, estimate_pixels(plan, planes) / (double)(FILM_CHANNELS * plan->pixels), error);
 }
 
 void plan_estimate_error(const plan_t *plan, plan_error_t *error)
 {
-    *error = (plan_error_t){NAN, NAN, NAN, NAN, {0}};
+    *error = (plan_error_t){.relmse = NAN, .spread = NAN, .low = NAN, .high = NAN};
     uint64_t units = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
+    snprintf(error->reason, sizeof error->reason, "too few units of work for an estimate");
     if (units < 16)
         return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);
-    estimate_planes_t planes;
-    if (estimate_planes(plan, &pixels, &planes)) {
-        double weights[PLAN_GROUP_BLOCKS], mutations[PATH_MAX_VERTICES];
+    estimate_planes_t planes = {0};
+    if (pixels.correction[0] < INFINITY && estimate_planes(plan, &pixels, &planes)) {
+        double weights[PLAN_GROUP_BLOCKS];
         error->relmse = estimate_relmse(plan, &planes, weights);
-        for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-            mutations[k] = plan_mutations_of(plan, k);
-        error->spread = plan_groups_spread(&plan->groups, weights, mutations);
-        error->low = error->relmse * exp(-ESTIMATE_STUDENT * error->spread);
-        error->high = error->relmse * exp(ESTIMATE_STUDENT * error->spread);
-        estimate_lengths(&pixels, weights, error->relmse, error->lengths);
+        const double of_b = estimate_lengths(&pixels, weights, error->relmse, error->lengths);
+        estimate_interval(&pixels, &planes, of_b, error);
     }
     free(planes.values);
-}
-
-bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures)
-{
-    double factor[PATH_MAX_VERTICES] = {0}, blocks[PLAN_GROUPS][PLAN_GROUP_BLOCKS], mean[PLAN_GROUP_BLOCKS] = {0},
-           all = 0;
-    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
-        double error;
-        if (plan->lengths[k].units_in > 0)
-            factor[k] = (plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error)) / FILM_ONE;
-    }
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        plan_groups_image(&plan->groups, g, factor, blocks[g]);
-        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-            mean[i] += blocks[g][i] / PLAN_GROUPS;
-    }
-    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-        all += mean[i] / PLAN_GROUP_BLOCKS;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        double sum = 0, squares = 0;
-        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++) {
-            const double difference = blocks[g][i] - mean[i];
-            sum += blocks[g][i] / PLAN_GROUP_BLOCKS;
-            squares += difference * difference / (mean[i] * mean[i] + 0.01 * all * all) / PLAN_GROUP_BLOCKS;
-        }
-        figures->brightness[g] = sum / all;
-        figures->deviation[g] = sqrt(squares);
-    }
-    return all > 0;
-}
-
-/* Light of one length in a region of blocks, of each group. */
-static void estimate_region_groups(const plan_t *plan, uint32_t k, double b, const bool region[PLAN_GROUP_BLOCKS],
-                                   double groups[PLAN_GROUPS])
-{
-    double factor[PATH_MAX_VERTICES] = {0}, blocks[PLAN_GROUP_BLOCKS];
-    factor[k] = b / FILM_ONE;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        groups[g] = 0;
-        plan_groups_image(&plan->groups, g, factor, blocks);
-        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-            groups[g] += region[i] ? blocks[i] : 0;
-    }
-}
-
-bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out)
-{
-    double groups[PLAN_GROUPS] = {0}, mean = 0, variance = 0, pixels = 0;
-    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
-        double own[PLAN_GROUPS], error = 0, light = 0;
-        if (plan->lengths[k].units_in == 0)
-            continue;
-        if (plan->lengths[k].units_in < PLAN_GROUPS)
-            return false;
-        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error);
-        estimate_region_groups(plan, k, b, region, own);
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-            groups[g] += own[g];
-            light += own[g] / PLAN_GROUPS;
-        }
-        mean += light;
-        variance += light * light * error * error / (b * b);
-    }
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-        variance += (groups[g] - mean) * (groups[g] - mean) / (PLAN_GROUPS * (PLAN_GROUPS - 1));
-    for (size_t p = 0; p < plan->pixels; p++)
-        pixels += region[estimate_block(plan, p)];
-    if (!(mean > 0) || !(pixels > 0))
-        return false;
-    out->mean = mean / pixels;
-    out->low = (mean - ESTIMATE_STUDENT * sqrt(variance)) / pixels;
-    out->high = (mean + ESTIMATE_STUDENT * sqrt(variance)) / pixels;
-    return true;
 }

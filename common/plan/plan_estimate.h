@@ -1,5 +1,5 @@
 /* plan_estimate.h: estimates from the sums as they stand: of b_k, of pixels and their variances, of the image's
- * error, of groups and regions. */
+ * error. */
 #ifndef PLAN_PLAN_ESTIMATE_H
 #define PLAN_PLAN_ESTIMATE_H
 
@@ -16,10 +16,11 @@ typedef struct plan_pixels {
     uint32_t lengths[PATH_MAX_VERTICES];    /* which */
     const int64_t *sums[PATH_MAX_VERTICES]; /* their films */
     double factor[PATH_MAX_VERTICES];       /* b_k / (N_k 2^28) */
+    double excess[PATH_MAX_VERTICES];       /* variance of the image by that of the squares */
     double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
     double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
     double squares_factor;                  /* of plan->squares, in image units */
-    double correction;                      /* U / (U - 1) */
+    double correction[PLAN_GROUP_BLOCKS];   /* excess, as the block's lengths have it in the mean */
 } plan_pixels_t;
 
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);
@@ -29,23 +30,11 @@ void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double v
 typedef struct plan_error {
     double relmse;    /* NaN while there are too few units */
     double spread;    /* its relative standard error, from groups of units; NaN while these are too few */
-    double low, high; /* 95 % of relmse; NaN likewise */
+    double low, high; /* hold this render's own relMSE in 95 % of renders; NaN likewise */
+    bool reliable;    /* nothing speaks against relmse and its interval */
+    char reason[160]; /* else what does */
     double lengths[PATH_MAX_VERTICES]; /* what each of plan->lengths brings to it */
 } plan_error_t;
 void plan_estimate_error(const plan_t *plan, plan_error_t *error);
-/* How alike the groups' images are: brightness of each over the image's, and the root of the mean squared relative
- * difference over 16 x 16 blocks, in the measure of relMSE. False while there are too few units. */
-typedef struct plan_group_figures {
-    double brightness[PLAN_GROUPS], deviation[PLAN_GROUPS];
-} plan_group_figures_t;
-bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures);
-/* The mean luminance of a region of blocks, with 95 % between low and high: Student's, from the groups, and the
- * error of b. False before each length that is rendered has a unit in every group. */
-typedef struct plan_region {
-    double mean, low, high;
-} plan_region_t;
-bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out);
-/* Regions that a report tells of: so many across and down. */
-enum { PLAN_REGION_SIDE = 4, PLAN_REGIONS = PLAN_REGION_SIDE * PLAN_REGION_SIDE };
 
 #endif

@@ -3,15 +3,19 @@
 #include <math.h>
 #include <stdlib.h>
 
-fault_code_t plan_groups_init(plan_groups_t *groups, uint32_t max_path_length, fault_t *fault)
+#include "base/random.h"
+
+fault_code_t plan_groups_init(plan_groups_t *groups, uint32_t max_path_length, size_t pixels, fault_t *fault)
 {
-    const size_t lengths = max_path_length + 1;
+    const size_t lengths = max_path_length + 1, spots = pixels < PLAN_SPOTS ? pixels : PLAN_SPOTS;
     *groups = (plan_groups_t){.lengths = (uint32_t)lengths,
+                              .spot_count = (uint32_t)spots,
+                              .pixels = pixels,
+                              .spots = calloc(lengths * PLAN_GROUPS * spots, sizeof *groups->spots),
                               .light = calloc(lengths * PLAN_GROUPS * PLAN_GROUP_BLOCKS, sizeof *groups->light),
-                              .squares = calloc(PLAN_GROUPS * PLAN_GROUP_BLOCKS, sizeof *groups->squares),
                               .own = calloc(lengths * PLAN_GROUP_BLOCKS, sizeof *groups->own),
                               .counts = calloc(lengths * PLAN_GROUPS, sizeof *groups->counts)};
-    if (groups->light && groups->squares && groups->own && groups->counts)
+    if (groups->spots && groups->light && groups->own && groups->counts)
         return FAULT_NONE;
     plan_groups_clear(groups);
     return fault_set(fault, FAULT_MEMORY, "no memory for groups of %u path lengths", max_path_length);
@@ -19,8 +23,8 @@ fault_code_t plan_groups_init(plan_groups_t *groups, uint32_t max_path_length, f
 
 void plan_groups_clear(plan_groups_t *groups)
 {
+    free(groups->spots);
     free(groups->light);
-    free(groups->squares);
     free(groups->own);
     free(groups->counts);
     *groups = (plan_groups_t){0};
@@ -30,9 +34,18 @@ void plan_groups_parts(const plan_groups_t *groups, plan_groups_part_t parts[PLA
 {
     const size_t lengths = groups->lengths, blocks = PLAN_GROUP_BLOCKS;
     parts[0] = (plan_groups_part_t){groups->light, lengths * PLAN_GROUPS * blocks * sizeof *groups->light};
-    parts[1] = (plan_groups_part_t){groups->squares, PLAN_GROUPS * blocks * sizeof *groups->squares};
+    parts[1] =
+        (plan_groups_part_t){groups->spots, lengths * PLAN_GROUPS * groups->spot_count * sizeof *groups->spots};
     parts[2] = (plan_groups_part_t){groups->own, lengths * blocks * sizeof *groups->own};
     parts[3] = (plan_groups_part_t){groups->counts, lengths * PLAN_GROUPS * sizeof *groups->counts};
+}
+
+/* One in each of as many equal parts of the rows laid end to end, at a random place in it. */
+size_t plan_groups_spot(const plan_groups_t *groups, uint32_t i)
+{
+    const size_t first = groups->pixels * i / groups->spot_count,
+                 room = groups->pixels * (i + 1) / groups->spot_count - first;
+    return first + random_u64(RANDOM_GAMMA, i) % room;
 }
 
 /* Sums over one block of a unit's film. */
@@ -61,7 +74,7 @@ void plan_groups_absorb(plan_groups_t *groups, uint32_t k, uint64_t unit, uint64
     const double scale = c / sqrt(size) / FILM_ONE * 0x1p20;
     const uint32_t group = (uint32_t)(unit % PLAN_GROUPS);
     exact_uint_t *light = groups->light + ((size_t)k * PLAN_GROUPS + group) * PLAN_GROUP_BLOCKS,
-                 *squares = groups->squares + (size_t)group * PLAN_GROUP_BLOCKS,
+                 *spots = groups->spots + ((size_t)k * PLAN_GROUPS + group) * groups->spot_count,
                  *own = groups->own + (size_t)k * PLAN_GROUP_BLOCKS;
     for (uint32_t y = 0; y < film->height;) {
         block_sums_t row[PLAN_GROUP_SIDE] = {{0, 0}};
@@ -71,42 +84,19 @@ void plan_groups_absorb(plan_groups_t *groups, uint32_t k, uint64_t unit, uint64
         for (uint32_t i = 0; i < PLAN_GROUP_SIDE; i++) {
             const uint32_t block = j * PLAN_GROUP_SIDE + i;
             light[block] += (exact_uint_t)(row[i].light + 0.5);
-            squares[block] += (exact_uint_t)(row[i].squares + 0.5);
             own[block] += (exact_uint_t)(row[i].squares + 0.5);
         }
+    }
+    for (uint32_t i = 0; i < groups->spot_count; i++) {
+        const int64_t *sums = film->sums + FILM_CHANNELS * plan_groups_spot(groups, i);
+        spots[i] += (exact_uint_t)(rgb_luminance(rgb((double)sums[0], (double)sums[1], (double)sums[2])) + 0.5);
     }
     groups->counts[(size_t)k * PLAN_GROUPS + group] += count;
 }
 
-static double groups_weigh(const exact_uint_t *squares, const double weights[PLAN_GROUP_BLOCKS])
+double plan_groups_squares(const plan_groups_t *groups, uint32_t k, uint32_t block)
 {
-    double sum = 0;
-    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-        sum += weights[i] * (double)squares[i];
-    return sum;
-}
-
-double plan_groups_spread(const plan_groups_t *groups, const double weights[PLAN_GROUP_BLOCKS],
-                          const double *mutations)
-{
-    double values[PLAN_GROUPS], mean = 0, squares = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        double work = 0;
-        for (uint32_t k = 0; k < groups->lengths; k++)
-            work += mutations[k] * (double)groups->counts[(size_t)k * PLAN_GROUPS + g];
-        if (!(work > 0))
-            return NAN;
-        values[g] = groups_weigh(groups->squares + (size_t)g * PLAN_GROUP_BLOCKS, weights) / work;
-        mean += values[g] / PLAN_GROUPS;
-    }
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-        squares += (values[g] - mean) * (values[g] - mean);
-    return mean > 0 ? sqrt(squares / (PLAN_GROUPS * (PLAN_GROUPS - 1))) / mean : NAN;
-}
-
-double plan_groups_squares(const plan_groups_t *groups, uint32_t k, const double weights[PLAN_GROUP_BLOCKS])
-{
-    return groups_weigh(groups->own + (size_t)k * PLAN_GROUP_BLOCKS, weights);
+    return (double)groups->own[(size_t)k * PLAN_GROUP_BLOCKS + block];
 }
 
 void plan_groups_image(const plan_groups_t *groups, uint32_t group, const double *factor,

@@ -124,7 +124,11 @@ static json_t *report_error(const plan_error_t *estimate)
     json_append(interval, json_new_number(estimate->low));
     json_append(interval, json_new_number(estimate->high));
     json_add(error, "interval", interval);
-    json_add_string(error, "method", "variance between units of work, and of b; interval from 16 groups of units");
+    json_add_string(error, "method",
+                    "variance between units of work, and of b; interval from contrasts of 16 groups of units");
+    json_add(error, "reliable", json_new_bool(estimate->reliable));
+    if (!estimate->reliable)
+        json_add_string(error, "reason", estimate->reason);
     return error;
 }
 

@@ -83,6 +83,11 @@ static json_t *case_json(const char *scene, const char *job, const estimates_t *
     figure_json(object, "inside", e->inside);
     figure_json(object, "covered", e->covered);
     json_add_number(object, "wide", e->wide);
+    json_add_number(object, "interval", e->interval);
+    json_add_number(object, "reliable", e->reliable);
+    json_add_number(object, "reliable_off", e->reliable_off);
+    json_add_number(object, "unreliable", e->unreliable);
+    json_add_number(object, "unreliable_off", e->unreliable_off);
     json_add_number(object, "cpu_seconds", e->cpu_seconds);
     return object;
 }
@@ -104,9 +109,11 @@ static void bench_scene(const bench_t *bench, const peer_scene_t *entry, json_t 
                   jobs[i].samples ? bench->samples : bench->mutations);
         if (estimates_measure(&e, &loaded->scene, &job, bench->seeds, bench->threads, &reference, &fault))
             bench_fail(&fault);
-        printf("%-12s %-27s %9.3g %9.3g %6.3f +- %-5.3f %5.0f %% %7.1f +- %3.1f %% %7.2f %% %6.1f s\n", entry->name,
-               jobs[i].name, e.relmse, e.estimate, e.ratio.value, e.ratio.error, 100 * e.inside.value,
-               100 * e.covered.value, 100 * e.covered.error, 100 * e.wide, e.cpu_seconds);
+        printf("%-9s %-27s %7.3g %7.3g %6.3f +- %-5.3f %4.0f %% %5.2f %4u of %-3u %4u of %-3u %5.1f +- %3.1f %% "
+               "%5.2f %% %5.1f s\n",
+               entry->name, jobs[i].name, e.relmse, e.estimate, e.ratio.value, e.ratio.error, 100 * e.inside.value,
+               e.interval, e.reliable_off, e.reliable, e.unreliable_off, e.unreliable, 100 * e.covered.value,
+               100 * e.covered.error, 100 * e.wide, e.cpu_seconds);
         fflush(stdout);
         json_append(cases, case_json(entry->name, jobs[i].name, &e));
     }
@@ -121,9 +128,9 @@ int main(int argc, char **argv)
     bench_options(&bench, argc, argv);
     json_t *root = json_new_object(), *cases = json_new_array();
     printf("%u seeds, %u x %u pixels, chains %g mutations a pixel, bdpt %g samples, references 2 x %g samples\n\n"
-           "%-12s %-27s %9s %9s %-15s %7s %16s %9s %8s\n",
+           "%-9s %-27s %7s %7s %-15s %6s %5s %11s %11s %13s %7s %7s\n",
            bench.seeds, bench.side, bench.side, bench.mutations, bench.samples, bench.reference, "scene", "job",
-           "relMSE", "estimate", "ratio", "inside", "regions", "+-", "CPU");
+           "relMSE", "by it", "ratio", "inside", "x", "off, sure", "off, unsure", "regions", "+-", "CPU");
     for (size_t i = 0; i < bench.scenes.count; i++)
         bench_scene(&bench, bench.scenes.entries[i], cases);
     json_add(root, "cases", cases);

@@ -1,5 +1,6 @@
 #include "estimates.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "film/compare.h"
@@ -54,6 +55,7 @@ void estimates_reference_clear(estimates_reference_t *reference)
 /* One render. */
 typedef struct estimates_run {
     double relmse, estimate, low, high;
+    bool reliable;
     double covered, wide; /* means over regions */
     double cpu_seconds;
 } estimates_run_t;
@@ -78,7 +80,7 @@ static fault_code_t run_one(estimates_run_t *out, const scene_t *scene, const jo
     static compare_result_t result; /* large */
     parallel_run_t run;
     TRY(parallel_render(&run, scene, job, threads, fault));
-    const fault_code_t code =
+    fault_code_t code =
         compare_images(&result, &run.image, &reference->images[0], &reference->images[1], NULL, fault);
     if (!code) {
         const json_t *error = json_get(run.report, "error"), *interval = json_get(error, "interval");
@@ -89,6 +91,7 @@ static fault_code_t run_one(estimates_run_t *out, const scene_t *scene, const jo
                                  .high = high && json_is_number(high) ? json_number(high) : NAN,
                                  .cpu_seconds = run.cpu_seconds};
         run_regions(out, &run, reference);
+        code = json_read_bool_or(error, "error", "reliable", &out->reliable, fault);
     }
     parallel_clear(&run);
     return code;
@@ -102,7 +105,7 @@ static estimates_figure_t figure_of(double sum, double squares, double n)
 
 static void summarise(estimates_t *found, const estimates_run_t *runs, unsigned seeds)
 {
-    double inside = 0, covered = 0, covered2 = 0, off2 = 0;
+    double inside = 0, interval = 0, covered = 0, covered2 = 0, off2 = 0;
     *found = (estimates_t){.seeds = seeds};
     for (unsigned i = 0; i < seeds; i++) {
         found->relmse += runs[i].relmse / seeds;
@@ -115,11 +118,17 @@ static void summarise(estimates_t *found, const estimates_run_t *runs, unsigned 
     for (unsigned i = 0; i < seeds; i++) {
         const double off = runs[i].relmse / found->relmse - runs[i].estimate / found->estimate;
         off2 += off * off;
-        inside += runs[i].low <= found->relmse && found->relmse <= runs[i].high;
+        inside += runs[i].low <= runs[i].relmse && runs[i].relmse <= runs[i].high;
+        interval += 0.5 * log(runs[i].high / runs[i].low) / seeds;
+        const bool near =
+            runs[i].relmse < ESTIMATES_OFF * runs[i].estimate && runs[i].estimate < ESTIMATES_OFF * runs[i].relmse;
+        *(runs[i].reliable ? &found->reliable : &found->unreliable) += 1;
+        *(runs[i].reliable ? &found->reliable_off : &found->unreliable_off) += !near;
     }
     const double ratio = found->relmse / found->estimate;
     found->ratio = (estimates_figure_t){ratio, ratio * sqrt(off2 / seeds / (seeds - 1))};
     found->inside = figure_of(inside, inside, seeds);
+    found->interval = exp(interval);
     found->covered = figure_of(covered, covered2, seeds);
 }
 

@@ -12,9 +12,11 @@
 
 #include "plan/plan.h"
 #include "plan/plan_estimate.h"
+#include "plan/plan_regions.h"
 #include "plan/plan_state.h"
 
 enum { ESTIMATES_MAX_SEEDS = 1000 };
+#define ESTIMATES_OFF 1.5
 
 typedef struct estimates_reference {
     image_t images[2];
@@ -31,7 +33,11 @@ typedef struct estimates {
     double relmse;             /* the true one: mean over the seeds */
     double estimate;           /* the renders' own, likewise */
     estimates_figure_t ratio;  /* the one over the other, by the delta method */
-    estimates_figure_t inside; /* part of renders whose error.interval holds the true mean */
+    estimates_figure_t inside; /* part of renders whose error.interval holds their own relMSE */
+    double interval;           /* half width of error.interval, as a factor: geometric mean */
+    /* Renders by what they say of themselves, error.reliable: how many, and how many of those have an estimate that
+     * is off by a factor of more than ESTIMATES_OFF from their own relMSE. */
+    unsigned reliable, reliable_off, unreliable, unreliable_off;
     /* Part of regions over all renders whose interval holds the reference; by the spread between renders, as one
      * render's regions hang together. */
     estimates_figure_t covered;

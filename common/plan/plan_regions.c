@@ -1,0 +1,104 @@
+#include "plan/plan_regions.h"
+
+#include <math.h>
+
+#include "plan/plan_estimate.h"
+
+/* Cornish and Fisher's expansion about the normal's quantile (Abramowitz and Stegun, 26.7.5). */
+double plan_student(double freedom)
+{
+    const double z = 1.959964, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+    return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom) +
+           (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
+}
+
+uint32_t plan_block(const plan_t *plan, size_t p)
+{
+    const uint32_t x = (uint32_t)(p % plan->settings.width), y = (uint32_t)(p / plan->settings.width);
+    return plan_groups_block(y, plan->settings.height) * PLAN_GROUP_SIDE +
+           plan_groups_block(x, plan->settings.width);
+}
+
+bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures)
+{
+    double factor[PATH_MAX_VERTICES] = {0}, blocks[PLAN_GROUPS][PLAN_GROUP_BLOCKS], mean[PLAN_GROUP_BLOCKS] = {0},
+           all = 0;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        double error;
+        if (plan->lengths[k].units_in > 0)
+            factor[k] = (plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error)) / FILM_ONE;
+    }
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        plan_groups_image(&plan->groups, g, factor, blocks[g]);
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+            mean[i] += blocks[g][i] / PLAN_GROUPS;
+    }
+    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+        all += mean[i] / PLAN_GROUP_BLOCKS;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        double sum = 0, squares = 0;
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++) {
+            const double difference = blocks[g][i] - mean[i];
+            sum += blocks[g][i] / PLAN_GROUP_BLOCKS;
+            squares += difference * difference / (mean[i] * mean[i] + 0.01 * all * all) / PLAN_GROUP_BLOCKS;
+        }
+        figures->brightness[g] = sum / all;
+        figures->deviation[g] = sqrt(squares);
+    }
+    return all > 0;
+}
+
+/* Light of one length in a region of blocks: mean, variance of it between groups, and its degrees of freedom; these
+ * are 0 while groups are too few. */
+typedef struct region_light {
+    double mean, variance, freedom;
+} region_light_t;
+
+static region_light_t region_of_length(const plan_groups_t *groups, uint32_t k, double b,
+                                       const bool region[PLAN_GROUP_BLOCKS])
+{
+    double all = 0, squares = 0, light[PLAN_GROUPS] = {0}, sum = 0, variance = 0;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        const size_t at = (size_t)k * PLAN_GROUPS + g;
+        const double count = (double)groups->counts[at];
+        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
+            light[g] += region[i] ? b / FILM_ONE * (double)groups->light[at * PLAN_GROUP_BLOCKS + i] : 0;
+        all += count;
+        squares += count * count;
+        sum += light[g];
+    }
+    const double alike = all * all / squares;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        const double part = light[g] - (double)groups->counts[(size_t)k * PLAN_GROUPS + g] / all * sum;
+        variance += part * part / (all * all) * alike / (alike - 1);
+    }
+    return (region_light_t){sum / all, variance, alike > 2.5 ? alike - 1 : 0};
+}
+
+bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out)
+{
+    double mean = 0, variance = 0, over_freedom = 0, of_b = 0, pixels = 0;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        double error = 0;
+        if (plan->lengths[k].units_in == 0)
+            continue;
+        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error);
+        const region_light_t light = region_of_length(&plan->groups, k, b, region);
+        if (light.freedom == 0)
+            return false;
+        mean += light.mean;
+        variance += light.variance;
+        over_freedom += light.variance * light.variance / light.freedom;
+        of_b += light.mean * light.mean * error * error / (b * b);
+    }
+    for (size_t p = 0; p < plan->pixels; p++)
+        pixels += region[plan_block(plan, p)];
+    if (!(mean > 0) || !(pixels > 0))
+        return false;
+    const double all = variance + of_b,
+                 student = plan_student(over_freedom > 0 ? all * all / over_freedom : INFINITY);
+    out->mean = mean / pixels;
+    out->low = (mean - student * sqrt(all)) / pixels;
+    out->high = (mean + student * sqrt(all)) / pixels;
+    return true;
+}

@@ -1,0 +1,33 @@
+/* plan_scatter.h: how far a render's own error is from the estimate of it.
+ *
+ * The error of a render is a random number: the estimate is of its expectation, and the image at hand is one draw.
+ * With the groups' images x_g, of which the image is the mean, and signs h_g of which half are negative,
+ *
+ *     d = 1/G sum_g h_g x_g
+ *
+ * is free of what all have in common and has the image's own error in all else: the same variances, the same
+ * correlations between pixels, about the same tails. For G = 16 groups the fifteen rows of a Hadamard matrix (but
+ * for the row of ones) are such signs, and their contrasts are uncorrelated: fifteen draws of the image's error,
+ * each with its relMSE (McCarthy, Pseudo-replication: half samples, 1969). The spread of these is how the render's
+ * own relMSE scatters, that of their mean how the estimate does. Lengths with units in fewer groups than all have
+ * smaller deviations from their mean; that is made up for, and fewer degrees of freedom are counted. */
+#ifndef PLAN_PLAN_SCATTER_H
+#define PLAN_PLAN_SCATTER_H
+
+#include <stdbool.h>
+
+#include "plan/plan_groups.h"
+
+typedef struct plan_scatter {
+    double own;       /* relative standard deviation of a render's relMSE */
+    double estimate;  /* and of the estimate */
+    double freedom;   /* degrees of freedom of both, by Satterthwaite: 15 where all lengths have all groups */
+    double dominance; /* the largest part that a single group has in the sum of squared deviations */
+} plan_scatter_t;
+
+/* factor[k]: the image's light of length k is that times the film's. weights: of the squared errors at the spots.
+ * False without memory, or while a length that has units has them in fewer than three groups. */
+bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
+                          const double weights[PLAN_SPOTS]);
+
+#endif
