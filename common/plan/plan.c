@@ -227,7 +227,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
                  size = (double)record->mutations / (double)length->unit_mutations;
     absorb_squares(plan, &result->film, c, size);
     plan_absorb_strata(plan, &result->film, c, size);
-    plan_groups_absorb(&plan->groups, record->length, record->first / length->unit_chains, record->mutations,
+    plan_groups_absorb(&plan->groups, record->length, plan_unit_number(length, record->first), record->mutations,
                        &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
         absorb_all_moments(plan, result->moments);
@@ -368,7 +368,7 @@ static void plan_begin_render(plan_t *plan)
     plan_size_render(plan);
     plan->phase = PLAN_RENDER;
     plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
-    plan->error_next = plan->in + 16;
+    plan->error_next = plan->in + 4;
 }
 
 fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
@@ -473,7 +473,7 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "seconds");
     if (plan->in >= plan->error_next) {
         plan_note_error(plan);
-        plan->error_next = plan->in + (plan->in / 10 > 8 ? plan->in / 10 : 8);
+        plan->error_next = plan->in + (plan->in / 10 > 4 ? plan->in / 10 : 4);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
     }

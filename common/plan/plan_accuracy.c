@@ -69,22 +69,28 @@ static json_t *accuracy_targets(const plan_law_t *law, double pace)
     return list;
 }
 
-/* What the first tenth of the work said about when the error would be what it is in the end. */
+/* What the first tenth of the work after the pilot said about when the error would be what it is in the end; or the
+ * first estimate of all, if that is later. */
 static json_t *accuracy_first_tenth(const plan_t *plan)
 {
     const plan_history_t *history = &plan->history;
     const double end = history->points[history->count - 1].cpu_seconds, pilot = plan->pilot_cpu_seconds,
                  pace = accuracy_pace(plan);
     uint32_t count = 0;
-    while (count < history->count && history->points[count].cpu_seconds <= 0.1 * end)
+    while (count < history->count &&
+           (count == 0 || history->points[count].cpu_seconds <= pilot + 0.1 * (end - pilot)))
         count++;
+    if (count == history->count)
+        return NULL;
     plan_law_t law;
     if (!plan_law_fit(&law, history, count, pilot))
         return NULL;
     json_t *object = json_new_object();
     json_add_number(object, "at_seconds", history->points[count - 1].cpu_seconds * pace);
-    json_add_number(object, "predicted_seconds",
-                    plan_law_time(&law, sqrt(history->points[history->count - 1].relmse)).median * pace);
+    const plan_law_time_t time = plan_law_time(&law, sqrt(history->points[history->count - 1].relmse));
+    json_add_number(object, "predicted_seconds", time.median * pace);
+    json_add_number(object, "low", time.low * pace);
+    json_add_number(object, "high", time.high * pace);
     json_add_number(object, "actual_seconds", end * pace);
     return object;
 }

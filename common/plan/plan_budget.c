@@ -20,6 +20,7 @@ enum {
     UNIT_LEAST = 1 << 14,
     UNIT_SMALLEST = 1 << 20,
     UNIT_LARGEST = 1 << 23,                  /* mutations a unit: packing its film must cost little beside them */
+    EARLY_PARTS = 8,                         /* of a unit: the first few of a length */
     UNITS_LEAST = 16,                        /* a length, so that its variance can be estimated */
     SPLIT_LEAST = 4 * PLAN_SAMPLE_MUTATIONS, /* mutations a pixel for samples beside chains: a few passes of them */
     UNITS_TIMED = 64,                        /* that a rule of seconds leaves room for on one slow worker */
@@ -218,6 +219,14 @@ uint64_t plan_chain_length(const plan_t *plan)
     return plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
 }
 
+static uint64_t budget_chains(const plan_t *plan, uint64_t mutations, uint64_t chain)
+{
+    const uint64_t chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
+    if (plan->settings.algorithm != SETTINGS_CMLT_REX) /* whole ensembles, shorter chains if need be */
+        return chains;
+    return (chains + WORK_REPLICAS - 1) / WORK_REPLICAS * WORK_REPLICAS;
+}
+
 static void budget_units(plan_t *plan)
 {
     uint64_t usual = at_most(at_least(2 * plan->pixels, UNIT_SMALLEST), UNIT_LARGEST);
@@ -239,9 +248,10 @@ static void budget_units(plan_t *plan)
         if (length->budget != UINT64_MAX)
             mutations = budget_even(length->budget, at_most(mutations, length->budget / UNITS_LEAST));
         length->unit_mutations = mutations;
-        length->unit_chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
-        if (plan->settings.algorithm == SETTINGS_CMLT_REX) /* whole ensembles, shorter chains if need be */
-            length->unit_chains = (length->unit_chains + WORK_REPLICAS - 1) / WORK_REPLICAS * WORK_REPLICAS;
+        length->early_mutations =
+            at_most(mutations, at_least(mutations / EARLY_PARTS, at_least(plan->pixels / EARLY_PARTS, UNIT_LEAST)));
+        length->unit_chains = budget_chains(plan, mutations, chain);
+        length->early_chains = budget_chains(plan, length->early_mutations, chain);
     }
 }
 
@@ -370,7 +380,9 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
     plan_length_t *length = &plan->lengths[k];
     if (length->share == 0 || length->handed >= length->budget)
         return false;
-    const uint64_t count = at_most(length->unit_mutations, length->budget - length->handed);
+    const bool early = length->units_out < PLAN_EARLY && !plan_is_samples(plan, k);
+    const uint64_t count =
+        at_most(early ? length->early_mutations : length->unit_mutations, length->budget - length->handed);
     if (plan_is_samples(plan, k)) {
         *record =
             (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
@@ -379,7 +391,7 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
             return false;
         }
     } else {
-        const uint64_t chains = at_most(length->unit_chains, count);
+        const uint64_t chains = at_most(early ? length->early_chains : length->unit_chains, count);
         if (!plan_chains_record(plan, WORK_CHAINS, k, length->chains, chains, count, length->steps, record))
             return false;
         length->chains += chains;

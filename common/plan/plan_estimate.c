@@ -17,6 +17,10 @@
 #include "plan/plan_regions.h"
 #include "plan/plan_scatter.h"
 
+/* An estimate needs so many units, and of chains it has to have seen all but a part of what they bring. */
+enum { ESTIMATE_UNITS = 4 };
+static const double ESTIMATE_UNSEEN = 2;
+
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
 {
     const double n = moments->n;
@@ -107,13 +111,16 @@ static void pixels_correct(plan_pixels_t *pixels)
 {
     const plan_t *plan = pixels->plan;
     const double unseen = pixels_unseen(pixels);
-    bool known = unseen < INFINITY;
+    const bool known = unseen <= ESTIMATE_UNSEEN;
     double all[PLAN_GROUP_BLOCKS] = {0}, sums[2] = {0, 0};
     for (uint32_t i = 0; i < pixels->count; i++) {
         const plan_length_t *length = &plan->lengths[pixels->lengths[i]];
         const double units = (double)length->units_in;
         double blocks[PLAN_GROUP_BLOCKS];
-        known &= units > 1 || !plan_is_samples(plan, pixels->lengths[i]);
+        if (units < 2 && plan_is_samples(plan, pixels->lengths[i])) {
+            pixels->single = pixels->sums[i];
+            pixels->single_factor = 0.5 * pixels->factor[i] * pixels->factor[i];
+        }
         if (units < 2)
             continue;
         pixels->excess[i] = pixels->factor[i] * pixels->factor[i] / pixels->square[i] / (units - 1);
@@ -166,6 +173,19 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
     pixels_correct(pixels);
 }
 
+/* A single unit of samples has no variance between units: half the squared difference from the next pixel stands in
+ * for it, which is too large by how the image itself differs there. */
+static double pixels_single(const plan_pixels_t *pixels, size_t p, size_t c)
+{
+    const uint32_t width = pixels->plan->settings.width;
+    if (!pixels->single || width < 2)
+        return 0;
+    const size_t next = (p + 1) % width ? p + 1 : p - 1;
+    const double d =
+        (double)pixels->single[FILM_CHANNELS * p + c] - (double)pixels->single[FILM_CHANNELS * next + c];
+    return d * d * pixels->single_factor;
+}
+
 void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double variance[3])
 {
     const double correction = pixels->correction[plan_block(pixels->plan, p)];
@@ -179,7 +199,7 @@ void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double v
         }
         const double squares = (double)pixels->plan->squares[FILM_CHANNELS * p + c] * pixels->squares_factor;
         value[c] = v;
-        variance[c] = b_part + (squares > taken ? (squares - taken) * correction : 0);
+        variance[c] = pixels_single(pixels, p, c) + b_part + (squares > taken ? (squares - taken) * correction : 0);
     }
 }
 
@@ -304,18 +324,21 @@ static double estimate_lengths(const plan_pixels_t *pixels, const double weights
     const plan_t *plan = pixels->plan;
     double all = 0, b_squares = 0;
     for (uint32_t i = 0; i < pixels->count; i++) {
-        double sum = 0, blocks[PLAN_GROUP_BLOCKS];
+        double sum = 0, of_single = 0, blocks[PLAN_GROUP_BLOCKS];
         for (size_t p = 0; p < plan->pixels; p++)
             for (size_t c = 0; c < FILM_CHANNELS; c++) {
                 const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
                 sum += x * x * weights[plan_block(plan, p)] * pixels->b_variance[i];
+                of_single += plan_is_samples(plan, pixels->lengths[i])
+                                 ? weights[plan_block(plan, p)] * pixels_single(pixels, p, c)
+                                 : 0;
             }
         b_squares += sum * sum;
         pixels_blocks(pixels, i, blocks);
         for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
             sum += weights[block] * blocks[block] * pixels->excess[i];
-        lengths[pixels->lengths[i]] = sum;
-        all += sum;
+        lengths[pixels->lengths[i]] = sum + of_single;
+        all += sum + of_single;
     }
     for (uint32_t i = 0; i < pixels->count && all > 0; i++) /* blocks' weights are not quite the pixels' */
         lengths[pixels->lengths[i]] *= relmse / all;
@@ -390,7 +413,7 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
     snprintf(error->reason, sizeof error->reason, "too few units of work for an estimate");
-    if (units < 16)
+    if (units < ESTIMATE_UNITS)
         return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);

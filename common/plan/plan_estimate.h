@@ -20,6 +20,8 @@ typedef struct plan_pixels {
     double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
     double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
     double squares_factor;                  /* of plan->squares, in image units */
+    const int64_t *single;                  /* the film of samples of which there is a single unit, else null */
+    double single_factor;                   /* of their squared differences, in image units */
     double correction[PLAN_GROUP_BLOCKS];   /* excess, as the block's lengths have it in the mean */
 } plan_pixels_t;
 

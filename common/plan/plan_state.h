@@ -19,6 +19,9 @@ typedef struct plan_trial {
     double rays;
 } plan_trial_t;
 
+/* A length of chains begins with so many small units, so that there is an estimate of the error early. */
+enum { PLAN_EARLY = 4 };
+
 typedef enum plan_unit_state { PLAN_UNIT_OUT = 0, PLAN_UNIT_IN = 1 } plan_unit_state_t;
 
 typedef struct plan_unit {
@@ -136,6 +139,13 @@ static inline double plan_weight(const plan_t *plan, uint32_t k)
 static inline bool plan_has_seeds(const plan_t *plan, uint32_t k)
 {
     return plan_is_chains(plan) && !plan_is_samples(plan, k) && (k == 0) == plan_is_whole(plan);
+}
+
+/* The number among a length's units of that which begins with chain `first`. */
+static inline uint64_t plan_unit_number(const plan_length_t *length, uint64_t first)
+{
+    const uint64_t early = PLAN_EARLY * length->early_chains;
+    return first < early ? first / length->early_chains : PLAN_EARLY + (first - early) / length->unit_chains;
 }
 
 /* Mutations that count: with failures = published those alone that carried light. */

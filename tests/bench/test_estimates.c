@@ -5,9 +5,9 @@
  *
  * False alarms, were the seeds not fixed: 15 % are at least 4 standard errors of the ratio, which is asserted,
  * 6e-5; the coverage's bounds are widened by 3 of its own standard errors, 3e-3, as 50 renders tell it no better.
- * Of a scene's 150 renders 134 at least must have their own relMSE inside of error.interval, were it 95 % 3e-3; and
- * none may call itself unreliable, nor may the interval be wider than a factor of 1.4 to either side in the mean,
- * as wide ones hold anything.
+ * Of a scene's 150 renders 134 at least must have their own relMSE inside of error.interval, were it 95 % 3e-3; as
+ * wide ones hold anything, it may not be wider than a factor of 1.5 to either side in the mean, and at most one
+ * render in ten may call itself unreliable.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -72,8 +72,8 @@ static void check(const char *algorithm, const char *chains, double per_pixel)
         algorithm, chains, e.relmse, e.ratio.value, e.ratio.error, e.interval, 100 * e.inside.value,
         100 * e.covered.value, 100 * e.covered.error);
     inside += e.inside.value * SEEDS;
-    assert_true(e.interval < 1.4);
-    assert_true(e.unreliable == 0);
+    assert_true(e.interval < 1.5);
+    assert_true(e.unreliable <= 5);
     assert_true(4 * e.ratio.error < 0.15);
     assert_true(fabs(e.ratio.value - 1) <= 0.15);
     assert_true(e.covered.error < 0.02);

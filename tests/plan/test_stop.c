@@ -113,7 +113,8 @@ static void step(plan_t *plan, plan_worker_t *worker)
     uint8_t *data = plan_worker_run(worker, record, &size);
     assert_int_equal(work_result_decode(&result, record, 24, 24, 5, data, size, &fault), FAULT_NONE);
     free(data);
-    result.stats.cpu_seconds = 1e-5 * (double)record->count;
+    result.stats.cpu_seconds =
+        record->kind == WORK_CHAINS ? 1e-6 * (double)record->mutations : 1e-5 * (double)record->count;
     result.stats.tracing_seconds = result.stats.inversion_seconds = 0; /* parts of it */
     assert_int_equal(work_result_encode(&result, &data, &size, &fault), FAULT_NONE);
     work_result_clear(&result);
@@ -121,14 +122,14 @@ static void step(plan_t *plan, plan_worker_t *worker)
     free(data);
 }
 
-/* A real render of some 230 units. Samples: chains' estimates are less sure after so few units (docs/accuracy.md).
+/* A real render of some 230 units; the tenth is of the work after the pilot. `off`: what is foretold may be off by.
  */
-static void the_first_tenth_foretells_the_end(void **state)
+static void check_first_tenth(const char *algorithm, double off)
 {
-    (void)state;
-    if (SANITIZED)
-        skip();
-    const job_t job = plan_fixture_job("{'scene':'x','algorithm':'pt','max_path_length':5,'stop':{'seconds':1}}");
+    char text[256];
+    snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'stop':{'seconds':1}}",
+             algorithm);
+    const job_t job = plan_fixture_job(text);
     small_scene_t small;
     plan_worker_t worker;
     small_scene_diffuse(&small);
@@ -141,14 +142,29 @@ static void the_first_tenth_foretells_the_end(void **state)
     const json_t *tenth = json_get(json_get(report, "prediction"), "first_tenth");
     assert_non_null(tenth);
     const double predicted = number(tenth, "predicted_seconds"), actual = number(tenth, "actual_seconds");
-    print_message("after %.3f s: %.3f s foretold, %.3f s it took\n", number(tenth, "at_seconds"), predicted,
-                  actual);
-    assert_true(number(tenth, "at_seconds") <= 0.1 * actual);
-    assert_near(predicted, actual, 0.2 * actual);
+    const double part = number(json_get(report, "time"), "pilot_cpu_seconds") /
+                        (number(json_get(report, "time"), "pilot_cpu_seconds") +
+                         number(json_get(report, "time"), "render_cpu_seconds"));
+    print_message("%s, after %.3f s: %.3f s foretold, %.3f s it took\n", algorithm, number(tenth, "at_seconds"),
+                  predicted, actual);
+    assert_true(number(tenth, "at_seconds") <= (part + 0.1 * (1 - part)) * actual);
+    assert_true(number(tenth, "low") < predicted && predicted < number(tenth, "high"));
+    assert_near(predicted, actual, off * actual);
     json_destroy(&report);
     plan_destroy(&plan);
     plan_worker_clear(&worker);
     small_scene_clear(&small);
+}
+
+static void the_first_tenth_foretells_the_end(void **state)
+{
+    (void)state;
+    if (SANITIZED)
+        skip();
+    check_first_tenth("pt", 0.2);
+    /* This scene has edges everywhere: the estimates of its first, noisy images are too small (docs/accuracy.md),
+     * what they foretell is 0.75 to 0.82 of the time over eight seeds. */
+    check_first_tenth("mmlt", 0.25);
 }
 
 int main(void)
