@@ -122,6 +122,7 @@ static void check_refused(const render_t *render, const char *name, const hard_j
         fail_msg("%s, %s: the film met %g non-finite and %g negative values", name, job->algorithm, nonfinite,
                  negative);
     const double evaluations = job->work * job->side * job->side;
+    hard_record(HARD_REFUSED, evaluations, refused);
     if (!(refused <= refused_most * evaluations))
         fail_msg("%s, %s: %g values refused of %g", name, job->algorithm, refused, evaluations);
     for (uint32_t i = 0; i < render->image.width * render->image.height; i++)
@@ -180,6 +181,10 @@ void hard_expect_between(const char *name, const scene_t *scene, hard_job_t base
         hard_render(&render, name, scene, &job);
         const render_estimate_t mean = hard_mean(&render, &job);
         print_message(" %s %.6f +- %.1g", job.algorithm, mean.value, mean.error);
+        const double beyond = fmax(0, fmax(low - mean.value, mean.value - high));
+        hard_record(HARD_ENERGY, 1, beyond > 0 ? beyond / mean.error : 0);
+        if (mean.error < 0.05 * mean.value)
+            hard_record(HARD_OFF, 1, beyond / mean.value);
         if (!(mean.value >= low - HARD_Z * mean.error && mean.value <= high + HARD_Z * mean.error))
             fail_msg("%s, %s: mean %.9g +- %.3g, expected %.9g to %.9g", name, job.algorithm, mean.value,
                      mean.error, low, high);
@@ -211,7 +216,12 @@ void hard_expect_lengths(const char *name, const scene_t *scene, hard_job_t base
                          want);
         }
         const render_estimate_t mean = hard_mean(&render, &job);
+        double sum = 0;
+        for (uint32_t k = 1; k <= job.length; k++)
+            sum += expected[k] / ((double)job.side * job.side);
         print_message(", %s %.2f (mean %.5f)", job.algorithm, worst, mean.value);
+        hard_record(HARD_ENERGY, job.length, worst);
+        hard_record(HARD_OFF, 1, fabs(mean.value / sum - 1));
         render_clear(&render);
     }
     print_message("\n");
@@ -288,7 +298,7 @@ static const double share_at_edges = 2e-3, share_hugging_off = 0.1;
 typedef struct tally {
     uint32_t compared, off;
     uint32_t hugging, hugging_off;
-    double worst, worst_condition;
+    double worst, worst_inside, worst_condition; /* inside: of those that their condition allows */
 } tally_t;
 
 /* Whether a segment leaves or meets a surface so flatly, or is so short, that it stays within the distance by which
@@ -351,8 +361,10 @@ static void compare_path(const char *name, const path_scene_t *ps, path_space_t 
         if (hugging)
             continue;
         tally->worst = fmax(tally->worst, error);
-        if (error <= roundings * condition)
+        if (error <= roundings * condition) {
+            tally->worst_inside = fmax(tally->worst_inside, error);
             tally->worst_condition = fmax(tally->worst_condition, error / condition);
+        }
         if (roundings * condition < 1 && !(error <= fmin(0.5, edge * condition)))
             fail_msg("%s, length %u, s = %u: channel %d is %.12g, by definition %.12g; condition %g", name,
                      target->length, s, c, found[c], expected, condition);
@@ -384,6 +396,8 @@ void hard_expect_invariance(const char *name, const scene_t *scene, const hard_i
         name, tally.compared, tally.off, tally.worst, tally.worst_condition / roundings, tally.hugging,
         tally.hugging_off, (unsigned long long)space->rejects[0], (unsigned long long)space->rejects[1],
         (unsigned long long)space->rejects[2], (unsigned long long)space->rejects[3]);
+    hard_record(HARD_TARGET, tally.compared, tally.worst_inside);
+    hard_record(HARD_EDGES, tally.compared, tally.off);
     assert_true(tally.compared >= options->least);
     assert_true(tally.off <= 1 + share_at_edges * tally.compared);
     assert_true(tally.hugging_off <= 1 + share_hugging_off * tally.hugging);
@@ -412,5 +426,6 @@ double hard_leaks(const scene_t *scene, uint32_t walks, uint32_t length)
     }
     free(space);
     path_scene_clear(&ps);
+    hard_record(HARD_LEAKS, (double)segments, (double)leaks);
     return (double)leaks / (double)segments;
 }

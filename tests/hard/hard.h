@@ -13,6 +13,7 @@
 #include <setjmp.h>
 #include <cmocka.h>
 
+#include "figures.h"
 #include "path/connect.h"
 #include "render.h"
 

@@ -89,6 +89,8 @@ void hard_expect_round_trips(const char *name, const scene_t *scene, const hard_
             (unsigned long long)c[PATH_INVERSE_KIND], (unsigned long long)c[PATH_INVERSE_MOVED],
             (unsigned long long)c[PATH_INVERSE_CARRIES_NOTHING], tally.moved, tally.changed,
             (unsigned long long)tally.off);
+        hard_record(HARD_LOST, (double)tally.trips, (double)(tally.trips - c[PATH_INVERSE_AGREES]));
+        hard_record(HARD_CHANGE, (double)tally.trips, tally.changed);
         assert_true(tally.trips >= options->least);
         assert_true(failing <= options->failing);
         assert_true((double)tally.off <= share_off * (double)tally.trips);

@@ -12,7 +12,7 @@
 #include <math.h>
 
 static const double albedo = 0.3, emission = 1, radiance = 1 / 0.7;
-static const hard_job_t usual = {.side = 4, .length = 22, .work = 100, .seed = 11};
+static const hard_job_t usual = {.side = 4, .length = 22, .work = 30, .seed = 11};
 static const char *const outside = "LookAt 0.1 0.2 0.95  0 0 0  0 1 0";
 
 static const scene_t *furnace_with(const char *name, const char *camera, const char *things)
@@ -48,6 +48,7 @@ static const double exact = 2e-5;
 static void glass(void **state)
 {
     (void)state;
+    hard_case("furnaces");
     expect_white("glass sphere", GLASS SPHERE("0.7"), exact);
     expect_white("sphere of index 1.0001", "Material \"dielectric\" \"float eta\" [ 1.0001 ]\n" SPHERE("0.7"),
                  exact);
@@ -59,6 +60,7 @@ static void glass(void **state)
 static void mirrors_and_nested_things(void **state)
 {
     (void)state;
+    hard_case("furnaces");
     expect_white("mirror sphere", MIRROR SPHERE("0.7"), exact);
     expect_white("mirror in glass", GLASS SPHERE("0.7") MIRROR SPHERE("0.3"), exact);
     expect_white(
@@ -71,6 +73,7 @@ static void mirrors_and_nested_things(void **state)
 static void white_surfaces(void **state)
 {
     (void)state;
+    hard_case("furnaces");
     expect_white("white sphere", "Material \"diffuse\" \"rgb reflectance\" [ 1 1 1 ]\n" SPHERE("0.7"), exact);
     expect_white(
         "white sphere, smooth coat",
@@ -97,6 +100,7 @@ static void white_surfaces(void **state)
 static void camera_inside_glass(void **state)
 {
     (void)state;
+    hard_case("inside");
     hard_expect_mean("inside glass",
                      furnace_with("inside glass", "LookAt 0.2 0.1 0.3  0 0.3 0  0 1 0", GLASS SPHERE("0.7")), usual,
                      2.25 * radiance, exact);
@@ -112,6 +116,7 @@ static void camera_inside_glass(void **state)
 static void fifty_segments_among_glass_mirror_and_white_block(void **state)
 {
     (void)state;
+    hard_case("fifty");
     FILE *f = hard_begin(outside, 70, 4);
     fprintf(f, "AttributeBegin\n");
     hard_furnace_walls(f, 0.5, 1);
@@ -124,7 +129,7 @@ static void fifty_segments_among_glass_mirror_and_white_block(void **state)
                                      "[ 0 ]\n");
     hard_box(f, vec3(-0.6, -0.9, -0.5), vec3(0.5, -0.5, 0.3), false);
     hard_expect_mean("50 segments among glass, mirror and white block", hard_end("50 segments"),
-                     (hard_job_t){.side = 4, .length = 50, .work = 60, .seed = 12}, 2, exact);
+                     (hard_job_t){.side = 4, .length = 50, .work = 20, .seed = 12}, 2, exact);
     hard_clear();
 }
 
@@ -138,6 +143,7 @@ static void expect_no_gain(const char *name, const char *things, double least)
 static void rough_things_lose_light(void **state)
 {
     (void)state;
+    hard_case("rough furnaces");
     expect_no_gain(
         "rough glass, alpha 0.5",
         "Material \"dielectric\" \"float eta\" [ 1.5 ] \"float roughness\" [ 0.5 ] \"bool remaproughness\" [ false "

@@ -155,15 +155,19 @@ static void print_tally(const char *name, const tally_t *t)
         name, (wide_t)t->rendered, (wide_t)t->dark, (wide_t)t->limited, (wide_t)t->lit, (wide_t)t->evaluations,
         (wide_t)t->rejects[0], (wide_t)t->rejects[1], (wide_t)t->rejects[2], (wide_t)t->rejects[3],
         (wide_t)t->splats, (wide_t)t->outside, (wide_t)t->saturated);
+    hard_record(HARD_REFUSED, (double)t->evaluations,
+                (double)(t->rejects[0] + t->rejects[1] + t->rejects[2] + t->rejects[3]));
 }
 
 static void random_scenes(void **state)
 {
     (void)state;
+    hard_case("random");
     tally_t usual = {0}, wild = {0};
     for (uint64_t i = 0; i < SCENES; i++)
         run_scene(is_wild(i) ? &wild : &usual, i);
     print_tally("sizes 1e-6 to 1e6", &usual);
+    hard_case("random, wild");
     print_tally("sizes 1e-20 to 1e12", &wild);
     assert_true(usual.rendered + wild.rendered >= SCENES * 3 / 4);
     assert_true(usual.lit >= 10 * SCENES);

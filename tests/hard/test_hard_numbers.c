@@ -91,6 +91,7 @@ static void try_scene(const char *name)
         "%s: %llu evaluations, %llu carry light, refused: %llu rays, %llu weights, %llu values, %llu negative\n",
         name, (unsigned long long)trial.evaluated, (unsigned long long)trial.lit, (unsigned long long)rejects[0],
         (unsigned long long)rejects[1], (unsigned long long)rejects[2], (unsigned long long)rejects[3]);
+    hard_record(HARD_REFUSED, (double)trial.evaluated, (double)(rejects[0] + rejects[1] + rejects[2] + rejects[3]));
     assert_true(trial.lit > 0);
     /* what is refused: numbers at their ends put vertices into corners of the scene, where distances vanish */
     assert_true(rejects[PATH_REJECT_RAY] + rejects[PATH_REJECT_VALUE] + rejects[PATH_REJECT_NEGATIVE] == 0);
@@ -108,6 +109,7 @@ static int by_name(const void *a, const void *b)
 static void ends_of_the_interval_on_every_scene(void **state)
 {
     (void)state;
+    hard_case("ends");
     enum { MOST = 256, NAME = 128 };
     static char names[MOST][NAME];
     char folder[4096];
@@ -167,6 +169,7 @@ static void add_wild_sphere(FILE *f, double radius, uint64_t key)
 static void wild_normals_add_no_light(void **state)
 {
     (void)state;
+    hard_case("normals");
     FILE *f = hard_begin("LookAt 0.1 0.2 0.95  0 0 0  0 1 0", 70, 4);
     fprintf(f, "AttributeBegin\n");
     hard_furnace_walls(f, 0.5, 1);
@@ -190,13 +193,14 @@ static void check_wild(const char *name, const char *material)
     const scene_t *scene = hard_end(name);
     hard_expect_invariance(name, scene, &(hard_invariance_t){1, 5, 3000, 3000, NULL});
     hard_expect_round_trips(name, scene, &(hard_round_trip_t){1, 5, 1000, 1000, 1e-3, 0.1});
-    hard_agree(name, scene, (hard_job_t){.side = 8, .length = 4, .work = 32});
+    hard_agree(name, scene, (hard_job_t){.side = 8, .length = 4, .work = 8});
     hard_clear();
 }
 
 static void wild_normals_agree(void **state)
 {
     (void)state;
+    hard_case("normals");
     if (SANITIZED)
         skip();
     check_wild("random normals, Lambertian", "Material \"diffuse\" \"rgb reflectance\" [ 0.8 0.8 0.8 ]");
