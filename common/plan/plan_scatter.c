@@ -5,81 +5,93 @@
 
 enum { SCATTER_DRAWS = PLAN_GROUPS - 1, SCATTER_LEAST = 3 /* groups */ };
 
-/* Row `row` of the Hadamard matrix of Sylvester's construction. */
-static double scatter_sign(uint32_t row, uint32_t group)
+/* Contrasts of one length's groups: numbers that add up to zero over the groups that have units, in [draw]. All
+ * sixteen: rows of the Hadamard matrix of Sylvester's construction. Fewer: those of the discrete cosine transform
+ * of so many, over and over. Each is scaled so that its variance is that of the sum of all groups, whatever their
+ * sizes n_g: for deviations x_g - n_g mean of independent x_g, of variances n_g, sum v_g^2 n_g - (sum v_g n_g)^2 /
+ * N becomes N. */
+typedef struct scatter_length {
+    double count, alike; /* N; how many groups of one size it is worth */
+    double contrasts[SCATTER_DRAWS][PLAN_GROUPS];
+} scatter_length_t;
+
+static double scatter_contrast(uint32_t draw, uint32_t at, uint32_t present)
 {
-    return __builtin_parity(row & group) ? -1 : 1;
+    if (present == PLAN_GROUPS)
+        return __builtin_parity((draw + 1) & at) ? -1 : 1;
+    return cos(M_PI * (1 + draw % (present - 1)) * (at + 0.5) / present);
 }
 
-/* How many groups of one size a length's are worth. 0: it has none. */
-static double scatter_groups(const plan_groups_t *groups, uint32_t k, double *count)
+static void scatter_length(scatter_length_t *length, const uint64_t counts[PLAN_GROUPS])
 {
-    const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
     double squares = 0;
-    *count = 0;
+    uint32_t present = 0;
+    *length = (scatter_length_t){0};
     for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        *count += (double)counts[g];
+        length->count += (double)counts[g];
         squares += (double)counts[g] * (double)counts[g];
+        present += counts[g] > 0;
     }
-    return *count > 0 ? *count * *count / squares : 0;
+    length->alike = squares > 0 ? length->count * length->count / squares : 0;
+    for (uint32_t j = 0; j < SCATTER_DRAWS && present > 1; j++) {
+        double own = 0, sum = 0;
+        for (uint32_t g = 0, at = 0; g < PLAN_GROUPS; g++) {
+            const double v = counts[g] > 0 ? scatter_contrast(j, at++, present) : 0;
+            length->contrasts[j][g] = v;
+            own += v * v * (double)counts[g];
+            sum += v * (double)counts[g];
+        }
+        const double scale = sqrt(length->count / (own - sum * sum / length->count));
+        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+            length->contrasts[j][g] *= scale;
+    }
 }
 
-/* Adds what each group's part of the image is above its share, for one length; returns the sum of weighted squares.
- * `scale`: what the deviations of all groups would be by those of so many. */
-static double scatter_add(const plan_groups_t *groups, uint32_t k, double count, double scale,
-                          const double *weights, double *parts)
+/* Of a render. */
+typedef struct scatter_sums {
+    double *draws;             /* [SCATTER_DRAWS][spots]: errors */
+    double parts[PLAN_GROUPS]; /* squared deviations of each group */
+    double all, over_freedom;
+} scatter_sums_t;
+
+static void scatter_add(scatter_sums_t *sums, const scatter_length_t *length, const plan_groups_t *groups,
+                        uint32_t k, double factor, const double *weights)
 {
     const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
     const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * groups->spot_count;
     double squares = 0;
     for (uint32_t i = 0; i < groups->spot_count; i++) {
-        double sum = 0;
+        double sum = 0, parts[PLAN_GROUPS];
         for (uint32_t g = 0; g < PLAN_GROUPS; g++)
             sum += (double)spots[(size_t)g * groups->spot_count + i];
         for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-            const size_t at = (size_t)g * groups->spot_count + i;
-            const double part = scale * ((double)spots[at] - (double)counts[g] / count * sum);
-            parts[at] += part;
-            squares += weights[i] * part * part;
+            parts[g] = factor * ((double)spots[(size_t)g * groups->spot_count + i] -
+                                 (double)counts[g] / length->count * sum);
+            sums->parts[g] += weights[i] * parts[g] * parts[g];
+            squares += weights[i] * parts[g] * parts[g];
         }
+        for (uint32_t j = 0; j < SCATTER_DRAWS; j++)
+            for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+                sums->draws[(size_t)j * groups->spot_count + i] += length->contrasts[j][g] * parts[g];
     }
-    return squares;
+    sums->all += squares;
+    sums->over_freedom += squares * squares / (length->alike - 1);
 }
 
 /* All lengths. False while one has units in too few groups. */
-static bool scatter_parts(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
-                          const double *weights, double *parts)
+static bool scatter_lengths(scatter_sums_t *sums, const plan_groups_t *groups, const double *factor,
+                            const double *weights)
 {
-    double all = 0, over_freedom = 0;
     for (uint32_t k = 0; k < groups->lengths; k++) {
-        double count;
-        const double alike = scatter_groups(groups, k, &count);
-        if (alike == 0 || factor[k] == 0)
+        scatter_length_t length;
+        scatter_length(&length, groups->counts + (size_t)k * PLAN_GROUPS);
+        if (length.count == 0 || factor[k] == 0)
             continue;
-        if (alike < SCATTER_LEAST)
+        if (length.alike < SCATTER_LEAST)
             return false;
-        const double scale = factor[k] * sqrt(alike / (alike - 1) * (PLAN_GROUPS - 1) / PLAN_GROUPS),
-                     squares = scatter_add(groups, k, count, scale, weights, parts);
-        all += squares;
-        over_freedom += squares * squares / (alike - 1);
+        scatter_add(sums, &length, groups, k, factor[k], weights);
     }
-    scatter->freedom = all * all / over_freedom;
-    return all > 0;
-}
-
-static double scatter_dominance(const plan_groups_t *groups, const double *parts, const double *weights)
-{
-    double most = 0, all = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        double squares = 0;
-        for (uint32_t i = 0; i < groups->spot_count; i++) {
-            const double part = parts[(size_t)g * groups->spot_count + i];
-            squares += weights[i] * part * part;
-        }
-        most = fmax(most, squares);
-        all += squares;
-    }
-    return most / all;
+    return sums->all > 0;
 }
 
 /* Mean and variance of draws. */
@@ -98,7 +110,7 @@ static scatter_moments_t scatter_moments(const double draws[SCATTER_DRAWS])
 }
 
 /* relMSE of each draw at the spots, and the sum over spots of what the variance would be of each alone. */
-static double scatter_draw(const plan_groups_t *groups, const double *parts, const double *weights,
+static double scatter_draw(const plan_groups_t *groups, const double *errors, const double *weights,
                            double draws[SCATTER_DRAWS])
 {
     double alone = 0;
@@ -107,10 +119,8 @@ static double scatter_draw(const plan_groups_t *groups, const double *parts, con
     for (uint32_t i = 0; i < groups->spot_count; i++) {
         double own[SCATTER_DRAWS];
         for (uint32_t j = 0; j < SCATTER_DRAWS; j++) {
-            double d = 0;
-            for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-                d += scatter_sign(j + 1, g) * parts[(size_t)g * groups->spot_count + i];
-            own[j] = weights[i] * d * d;
+            const double error = errors[(size_t)j * groups->spot_count + i];
+            own[j] = weights[i] * error * error;
             draws[j] += own[j];
         }
         alone += scatter_moments(own).variance;
@@ -121,19 +131,25 @@ static double scatter_draw(const plan_groups_t *groups, const double *parts, con
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
                           const double weights[PLAN_SPOTS])
 {
-    double *parts = calloc((size_t)PLAN_GROUPS * groups->spot_count, sizeof *parts), draws[SCATTER_DRAWS];
-    if (!parts || !scatter_parts(scatter, groups, factor, weights, parts)) {
-        free(parts);
+    scatter_sums_t sums = {.draws = calloc((size_t)SCATTER_DRAWS * groups->spot_count, sizeof *sums.draws)};
+    if (!sums.draws || !scatter_lengths(&sums, groups, factor, weights)) {
+        free(sums.draws);
         return false;
     }
-    const double alone = scatter_draw(groups, parts, weights, draws);
-    scatter->dominance = scatter_dominance(groups, parts, weights);
-    free(parts);
-    /* In the whole image there are more pixels: what each of them scatters alone is divided among so many. */
+    double draws[SCATTER_DRAWS], most = 0;
+    const double alone = scatter_draw(groups, sums.draws, weights, draws);
+    free(sums.draws);
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        most = fmax(most, sums.parts[g]);
+    scatter->freedom = fmin(sums.all * sums.all / sums.over_freedom, SCATTER_DRAWS); /* there are no more draws */
+    scatter->dominance = most / sums.all * (scatter->freedom + 1) / PLAN_GROUPS;
+    /* In the whole image there are more pixels: what each of them scatters alone is divided among so many. And of
+     * fifteen draws no more are different than there are degrees of freedom. */
     const scatter_moments_t all = scatter_moments(draws);
     const double part = (double)groups->spot_count / (double)groups->pixels,
-                 variance = fmax(all.variance - (1 - part) * alone, part * alone);
+                 different = scatter->freedom / (scatter->freedom - 1) * (SCATTER_DRAWS - 1) / SCATTER_DRAWS,
+                 variance = different * fmax(all.variance - (1 - part) * alone, part * alone);
     scatter->own = sqrt(variance) / all.mean;
-    scatter->estimate = scatter->own / sqrt(SCATTER_DRAWS);
+    scatter->estimate = scatter->own / sqrt(scatter->freedom);
     return all.mean > 0;
 }

@@ -9,8 +9,8 @@
  * correlations between pixels, about the same tails. For G = 16 groups the fifteen rows of a Hadamard matrix (but
  * for the row of ones) are such signs, and their contrasts are uncorrelated: fifteen draws of the image's error,
  * each with its relMSE (McCarthy, Pseudo-replication: half samples, 1969). The spread of these is how the render's
- * own relMSE scatters, that of their mean how the estimate does. Lengths with units in fewer groups than all have
- * smaller deviations from their mean; that is made up for, and fewer degrees of freedom are counted. */
+ * own relMSE scatters, that of their mean how the estimate does. Where a length has units in fewer groups, their
+ * contrasts by a cosine transform stand in, and fewer degrees of freedom are counted. */
 #ifndef PLAN_PLAN_SCATTER_H
 #define PLAN_PLAN_SCATTER_H
 
@@ -22,7 +22,8 @@ typedef struct plan_scatter {
     double own;       /* relative standard deviation of a render's relMSE */
     double estimate;  /* and of the estimate */
     double freedom;   /* degrees of freedom of both, by Satterthwaite: 15 where all lengths have all groups */
-    double dominance; /* the largest part that a single group has in the sum of squared deviations */
+    double dominance; /* the largest part that a single group has in the squared deviations, of sixteen that are
+                         alike */
 } plan_scatter_t;
 
 /* factor[k]: the image's light of length k is that times the film's. weights: of the squared errors at the spots.
