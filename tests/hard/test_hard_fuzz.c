@@ -68,7 +68,7 @@ static double run_chains(tally_t *tally, uint64_t index, work_space_t *space, se
     uint64_t seeds[LENGTHS + 1][CANDIDATES], counts[LENGTHS + 1] = {0};
     double b = 0;
     run(tally, index, space, &(work_record_t){.kind = WORK_PILOT, .count = CANDIDATES}, &result);
-    assert_int_equal(result.weight_count, (CANDIDATES + WORK_BLOCKS) * LENGTHS);
+    assert_int_equal(result.weight_count, work_pilot_weights(CANDIDATES, LENGTHS));
     const bool all = settings_joins_all(algorithm);
     for (uint32_t i = 0; i < CANDIDATES; i++) {
         double sum = 0;
