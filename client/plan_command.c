@@ -74,15 +74,73 @@ static bool read_targets(target_t targets[TARGETS], const json_t *report, double
     return fitted;
 }
 
+/* Why this algorithm. A job that says "auto" is one whose moves are those that "auto" stands for. */
+static void print_reason(const settings_t *s, const json_t *report)
+{
+    settings_t usual = *s;
+    settings_auto(&usual);
+    if (s->algorithm != usual.algorithm || s->partial_step != usual.partial_step || s->equalize != usual.equalize ||
+        s->split != usual.split) {
+        printf("  as the job says; \"auto\" would be %s, with samples beside its chains and for relative error\n",
+               settings_algorithm_name(usual.algorithm));
+        return;
+    }
+    printf("  by \"auto\": with samples beside its chains and for relative error, best over the scenes of "
+           "docs/gains.md\n");
+    const double samples = number_of(json_get(report, "samples"), "share");
+    if (isfinite(samples))
+        printf("  by this scene's pilot samples get %.3g %% of the work, chains the rest, for what samples seldom "
+               "find\n",
+               100 * samples);
+    else
+        printf("  the job is too short for samples beside the chains\n");
+}
+
+/* " 0 1 3": techniques of a length that take part. */
+static void print_kept(const json_t *idle, double k)
+{
+    for (double s = 0; s <= k; s++) {
+        bool out = false;
+        for (const json_t *at = idle; at; at = json_next(at))
+            out = out || (json_is_number(at) && json_number(at) == s);
+        if (!out)
+            printf(" %.0f", s);
+    }
+}
+
+static void print_techniques(const json_t *report)
+{
+    bool any = false;
+    for (const json_t *at = first_of(report, "lengths"); at; at = json_next(at)) {
+        const json_t *idle = first_of(at, "idle");
+        if (!idle)
+            continue;
+        if (!any)
+            printf(
+                "Techniques that stay, by vertices made from the light; all do in lengths that are not listed\n");
+        any = true;
+        printf("  length %3.0f:", number_of(at, "length"));
+        print_kept(idle, number_of(at, "length"));
+        printf("; the others have less than %.2g %% of its light\n", 100 * number_of(at, "idle_energy"));
+    }
+}
+
 static void print_effects(const json_t *report)
 {
     printf("Effects\n");
     for (const json_t *at = first_of(report, "effects"); at; at = json_next(at)) {
         printf("  %-22s %-9s %s", text_of(at, "name"), text_of(at, "state"), text_of(at, "reason"));
-        if (isfinite(number_of(at, "energy")))
-            printf(" (%.3g %% of the light)", 100 * number_of(at, "energy"));
+        const double energy = number_of(at, "energy"), error = number_of(at, "energy_error");
+        if (isfinite(energy) && isfinite(error))
+            printf(" (%.3g +- %.2g %% of the light)", 100 * energy, 100 * error);
+        else if (isfinite(energy))
+            printf(" (%.3g %% of the light)", 100 * energy);
         printf("; %s\n", text_of(at, "consequence"));
     }
+    const json_t *left_out = json_get(report, "left_out");
+    if (isfinite(number_of(left_out, "energy")))
+        printf("  The image lacks %.3g +- %.2g %% of the light that there would be.\n",
+               100 * number_of(left_out, "energy"), 100 * number_of(left_out, "standard_error"));
 }
 
 /* Light of a length: of samples and chains together where the two share it. */
@@ -104,6 +162,9 @@ static void print_lengths(const json_t *report)
             printf("   %6.2f %%", 100 * number_of(at, "share"));
         printf("\n");
     }
+    const json_t *missed = json_get(report, "missed");
+    if (first_of(missed, "lengths"))
+        printf("  lengths without chains bring at most %.2g %% of the light\n", 100 * number_of(missed, "most"));
     const double samples = number_of(json_get(report, "samples"), "share");
     if (isfinite(samples))
         printf("  samples of all lengths beside the chains: %.2f %% of the mutations\n", 100 * samples);
@@ -140,11 +201,13 @@ static void print_cost(const json_t *report, int workers, int wanted)
             "work\n  is left out.\n");
 }
 
-static void print_plan(const json_t *report, int workers, int wanted)
+static void print_plan(const settings_t *settings, const json_t *report, int workers, int wanted)
 {
     printf("Algorithm: %s, %.0f x %.0f pixels, paths of at most %.0f segments\n", text_of(report, "algorithm"),
            number_of(report, "width"), number_of(report, "height"), number_of(report, "max_path_length"));
+    print_reason(settings, report);
     print_effects(report);
+    print_techniques(report);
     print_lengths(report);
     print_cost(report, workers, wanted);
 }
@@ -185,7 +248,7 @@ static int run_plan(local_run_t *run, int wanted, bool json, bool quiet)
     if (text)
         puts(text);
     else if (!json)
-        print_plan(report, run->workers, wanted);
+        print_plan(&run->file.job.settings, report, run->workers, wanted);
     free(text);
     json_destroy(&report);
     return STATUS_SUCCESS;

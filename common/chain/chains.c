@@ -80,7 +80,7 @@ static void ensemble_open(ensemble_t *ensemble, work_space_t *space, const work_
                           work_result_t *result)
 {
     const renderer_t *renderer = space->renderer;
-    ensemble->target = renderer->targets[record->length];
+    ensemble->target = space->targets[record->length];
     ensemble->target.importance = unit_importance(space, record);
     ensemble->target.cap = unit_cap(record);
     ensemble->large_step = ldexp(renderer->settings.large_step, record->large);

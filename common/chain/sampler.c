@@ -6,7 +6,8 @@ void sampler_next_event(uint64_t key, uint32_t t, double u[3])
 }
 
 /* Adds a joined path's value: to the pixel of the camera walk or, for t = 1, where it is seen. */
-static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_value_t *value)
+static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_vertex_t *y0,
+                        const path_value_t *value)
 {
     const renderer_t *renderer = sampler->renderer;
     const uint32_t k = s + t - 1;
@@ -30,6 +31,8 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
         unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], scalar);
     if (sampler->blocks)
         sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings, raster, WORK_BLOCKS_SIDE)] += light;
+    if (sampler->by_class)
+        sampler->by_class[k * PATH_CLASS_SETS + path_classes(&sampler->space->path, s, t, y0)] += light;
     if (t == 1 && sampler->splats)
         sampler->splats[sampler->splat_count++] = (sampler_splat_t){value->raster, value->value};
     if (t > 1)
@@ -45,6 +48,9 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
     const uint32_t k = s + t - 1;
     if (k < 1 || k > sampler->longest || (sampler->only > 0 && k != sampler->only))
         return;
+    const path_techniques_t *techniques = &sampler->space->targets[k].techniques;
+    if (!techniques->allowed[s])
+        return;
     path_vertex_t y0;
     const path_vertex_t *own = NULL;
     if (s == 1 && !settings_joins_all(renderer->settings.algorithm)) {
@@ -57,8 +63,8 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
     path_value_t value;
     path_space_t *path = &sampler->space->path;
     const uint64_t before = path->shadow_rays;
-    if (path_connect(&renderer->scene, path, s, t, own, &renderer->targets[k].techniques, &value))
-        sampler_add(sampler, s, t, &value);
+    if (path_connect(&renderer->scene, path, s, t, own, techniques, &value))
+        sampler_add(sampler, s, t, own, &value);
     if (sampler->rays)
         sampler->rays[k - 1] += (double)(path->shadow_rays - before);
 }
@@ -76,12 +82,12 @@ static uint32_t sampler_walk_light(sampler_t *sampler)
 {
     work_space_t *space = sampler->space;
     const settings_t *settings = &sampler->renderer->settings;
-    const uint32_t K = sampler->longest;
-    if (settings->algorithm == SETTINGS_PT || (K < 2 && !settings_joins_all(settings->algorithm)))
+    const uint32_t most = sampler->longest < space->light_vertices ? sampler->longest : space->light_vertices;
+    if (most < 2 && !settings_joins_all(settings->algorithm))
         return 1;
     const uint64_t before = space->path.rays;
-    const uint32_t light =
-        path_walk_light(&sampler->renderer->scene, &space->path, space->light, K, PATH_ENDS_JOINED);
+    const uint32_t light = path_walk_light(&sampler->renderer->scene, &space->path, space->light,
+                                           most > 1 ? most : 1, PATH_ENDS_JOINED);
     sampler_count_rays(sampler, before, 2);
     return light > 1 || settings_joins_all(settings->algorithm) ? light : 1; /* s = 1 has points of its own */
 }

@@ -24,8 +24,10 @@ typedef struct sampler {
     double scale;
     double *totals;          /* [K + 1]: scalar target of this sample by length; set, not added to */
     work_moments_t *moments; /* added to if not null */
+    double *by_class;        /* [K + 1][PATH_CLASS_SETS]: if not null, scalar target by length and set of the path's
+                                classes        (connect.h), added to */
     double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
-    importance_t importance; /* in totals, moments and by_technique; not in film, splats and blocks */
+    importance_t importance; /* in totals, moments and by_technique; not in film, splats, blocks, by_class */
     const double *caps; /* [K], of length k in [k - 1], or null. With them totals, moments and by_technique are of
                            what chains follow, and the film gets what they leave (split.h) */
     double *blocks;     /* [K][WORK_BLOCKS]: added to if not null: scalar target by length and block of the image */

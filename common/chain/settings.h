@@ -44,6 +44,7 @@ typedef enum settings_effect {
     SETTINGS_APERTURE,     /* off: a pinhole in the lens' place */
     SETTINGS_INDIRECT,     /* paths of more than two segments */
     SETTINGS_EMISSION,     /* paths of one segment: lights that are seen themselves */
+    SETTINGS_ALL_TECHNIQUES, /* on: those of negligible energy stay; never off */
     SETTINGS_EFFECTS
 } settings_effect_t;
 
@@ -53,6 +54,8 @@ typedef struct settings {
     int32_t filter;           /* scene_filter_t, or -1: the scene's */
     double filter_radius;     /* pixels; 0: the filter's usual one (box 0.5, triangle 1, gaussian 1.5) */
     uint32_t max_path_length; /* segments, 1 .. PATH_MAX_LENGTH; 0: the scene's, or 12 */
+    uint32_t
+        whole_path_length; /* what max_path_length were if indirect light were not left out; filled in with it */
     uint64_t seed;
     settings_target_t target;
     settings_kernel_t kernel;

@@ -2,6 +2,16 @@
 
 #include <string.h>
 
+static void target_add(target_t *target, uint32_t s)
+{
+    target->list[target->count++] = (uint8_t)s;
+    target->techniques.allowed[s] = 1;
+    const uint32_t camera = path_camera_dimensions(target->scene, target->length + 1 - s),
+                   light = path_light_dimensions(s);
+    target->camera_count = camera > target->camera_count ? camera : target->camera_count;
+    target->light_count = light > target->light_count ? light : target->light_count;
+}
+
 void target_init(target_t *target, const path_scene_t *scene, const settings_t *settings, uint32_t length)
 {
     memset(target, 0, sizeof *target);
@@ -20,12 +30,19 @@ void target_init(target_t *target, const path_scene_t *scene, const settings_t *
             continue;
         if (length == 1 && s == 1 && !scene->lights.can_hit)
             continue; /* a light without extent is not to be seen itself */
-        target->list[target->count++] = (uint8_t)s;
-        target->techniques.allowed[s] = 1;
-        const uint32_t camera = path_camera_dimensions(scene, length + 1 - s), light = path_light_dimensions(s);
-        target->camera_count = camera > target->camera_count ? camera : target->camera_count;
-        target->light_count = light > target->light_count ? light : target->light_count;
+        target_add(target, s);
     }
+}
+
+void target_leave(target_t *target, const target_idle_t *idle)
+{
+    uint8_t before[PATH_MAX_VERTICES];
+    memcpy(before, target->techniques.allowed, sizeof before);
+    memset(target->techniques.allowed, 0, sizeof before);
+    target->count = target->camera_count = target->light_count = 0;
+    for (uint32_t s = 0; s <= target->length; s++)
+        if (before[s] && !target_is_idle(idle, s))
+            target_add(target, s);
 }
 
 bool target_walk_camera(const target_t *target, path_space_t *space, uint32_t s, const double *camera)

@@ -32,6 +32,20 @@ typedef struct target_value {
 /* Technique s takes part in length k if the algorithm has it and the lights can be reached by it. */
 void target_init(target_t *target, const path_scene_t *scene, const settings_t *settings, uint32_t length);
 
+/* Techniques that take no part, one bit each: s is bit s % 64 of word s / 64. */
+typedef struct target_idle {
+    uint64_t words[2];
+} target_idle_t;
+
+static inline bool target_is_idle(const target_idle_t *idle, uint32_t s)
+{
+    return idle->words[s / 64] >> (s % 64) & 1;
+}
+
+/* Takes techniques out of the state space and the weights. What only they can make is lost with them: whoever
+ * chooses them sees to it that there is no such path. */
+void target_leave(target_t *target, const target_idle_t *idle);
+
 /* An evaluation in its parts: two walks, the shorter one first, and the connection. Where the first walk ends on
  * nothing that can be joined, neither the longer one nor its numbers need be made. */
 static inline bool target_light_first(const target_t *target, uint32_t s)

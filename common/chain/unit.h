@@ -24,7 +24,10 @@ struct work_space {
     const renderer_t *renderer;
     path_space_t path; /* the walks of the sample or proposal at hand */
     stamp_meter_t inversion;
-    kernel_t kernel;                                                /* of the unit at hand */
+    kernel_t kernel;         /* of the unit at hand */
+    const target_t *targets; /* of the unit at hand: the renderer's, or `idle` */
+    target_t *idle;          /* room for them without techniques that take no part */
+    uint32_t light_vertices; /* that any technique of theirs takes from a light */
     double camera[PATH_MAX_DIMENSIONS], light[PATH_MAX_DIMENSIONS]; /* their numbers */
     chain_room_t *rooms;                                            /* for chains that run together */
     uint32_t room_count;
@@ -63,6 +66,8 @@ static inline uint32_t unit_together(const settings_t *settings)
 
 fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                          work_result_t *result, fault_t *fault);
+fault_code_t unit_left_out(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
+                           work_result_t *result, fault_t *fault);
 
 /* Chains of all lengths at once (bundle.h): what unit_chains is for settings_joins_all. */
 fault_code_t unit_bundle(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,

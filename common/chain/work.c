@@ -36,6 +36,8 @@ fault_code_t renderer_complete_settings(settings_t *settings, const scene_t *sce
         settings->max_path_length = scene->camera->max_path_length ? scene->camera->max_path_length : 12;
     if (settings->max_path_length > PATH_MAX_LENGTH)
         settings->max_path_length = PATH_MAX_LENGTH;
+    if (settings->whole_path_length == 0)
+        settings->whole_path_length = settings->max_path_length;
     if (settings->max_path_length > 2 && settings_forbids(settings, SETTINGS_INDIRECT))
         settings->max_path_length = 2;
     return FAULT_NONE;
@@ -126,7 +128,8 @@ fault_code_t work_space_new(work_space_t **out, const renderer_t *renderer, faul
     if (space->moment_room < PATH_MAX_VERTICES + 1)
         space->moment_room = PATH_MAX_VERTICES + 1;
     space->moments = calloc(space->moment_room, sizeof *space->moments);
-    if (!space->moments) {
+    space->idle = calloc(renderer->settings.max_path_length + 1, sizeof *space->idle);
+    if (!space->moments || !space->idle) {
         work_space_destroy(&space);
         return fault_set(fault, FAULT_MEMORY, "no memory for a work space");
     }
@@ -148,6 +151,7 @@ void work_space_destroy(work_space_t **space)
         free((*space)->rooms[i].kept);
     free((*space)->rooms);
     free((*space)->moments);
+    free((*space)->idle);
     free((*space)->weights);
     free((*space)->features);
     free((*space)->tally);
@@ -191,6 +195,10 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
     if (record->rate_count > 0 && (!(settings->split > 0) || record->rate_count != settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "a unit with %u rates, expected %s", record->rate_count,
                          settings->split > 0 ? "as many as path lengths" : "none");
+    if (record->idle_count > 0 && (!settings_is_chains(settings->algorithm) ||
+                                   record->idle_count != (record->length > 0 ? 1 : settings->max_path_length)))
+        return fault_set(fault, FAULT_RANGE, "a unit that leaves out techniques of %u lengths, expected %s",
+                         record->idle_count, settings_is_chains(settings->algorithm) ? "0, or all" : "none");
     if (record->importance && !(settings->equalize > 0))
         return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
     if (work_runs_chains(record->kind) && settings->equalize > 0 && !record->importance)
@@ -203,6 +211,31 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",
                          (unsigned long long)record->first, (unsigned long long)(record->first + record->count),
                          settings->height);
+    return FAULT_NONE;
+}
+
+/* The targets that the record asks for. */
+static fault_code_t work_targets(work_space_t *space, const work_record_t *record, fault_t *fault)
+{
+    const uint32_t K = space->renderer->settings.max_path_length;
+    space->targets = space->renderer->targets;
+    if (record->idle_count > 0) {
+        memcpy(space->idle, space->renderer->targets, sizeof *space->idle * (K + 1));
+        space->targets = space->idle;
+    }
+    for (uint32_t i = 0; i < record->idle_count; i++) {
+        target_t *target = &space->idle[record->length > 0 ? record->length : i + 1];
+        const uint32_t before = target->count;
+        target_leave(target, &record->idle[i]);
+        if (before > 0 && target->count == 0)
+            return fault_set(fault, FAULT_RANGE, "a unit without a technique for length %u", target->length);
+    }
+    space->light_vertices = 0;
+    for (uint32_t k = 1; k <= K; k++) {
+        const target_t *target = &space->targets[k];
+        const uint32_t most = target->count > 0 ? target->list[target->count - 1] : 0;
+        space->light_vertices = most > space->light_vertices ? most : space->light_vertices;
+    }
     return FAULT_NONE;
 }
 
@@ -240,10 +273,12 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
                                                    work_result_t *, fault_t *) = {
         [WORK_PILOT] = unit_pilot,       [WORK_CHAINS] = unit_chains, [WORK_SAMPLES] = unit_samples,
         [WORK_FEATURES] = unit_features, [WORK_REFINE] = unit_refine, [WORK_TRIAL] = unit_trial,
+        [WORK_LEFT_OUT] = unit_left_out,
     };
     if (record->kind >= WORK_KINDS || !units[record->kind])
         return fault_set(fault, FAULT_RANGE, "unit of unknown kind %u", record->kind);
     TRY(work_check(space, record, fault));
+    TRY(work_targets(space, record, fault));
     TRY(work_reserve(space, record, fault));
     *result = (work_result_t){.kind = record->kind, .length = record->length, .moments = space->moments};
     memset(space->moments, 0, sizeof *space->moments * space->moment_room);

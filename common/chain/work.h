@@ -20,6 +20,7 @@
 #include "chain/importance.h"
 #include "chain/settings.h"
 #include "chain/stuck.h"
+#include "chain/target.h"
 #include "film/film.h"
 #include "scene/scene.h"
 
@@ -44,6 +45,7 @@ typedef enum work_kind {
     WORK_FEATURES = 4, /* albedo, normal and depth of pixel rows */
     WORK_REFINE = 5,   /* independent samples of all lengths for the estimates of b_k alone */
     WORK_TRIAL = 6,    /* Markov chains as in WORK_CHAINS, for what they differ by alone (trial.c) */
+    WORK_LEFT_OUT = 7, /* independent samples of all light, for the energy of what the job leaves out */
     WORK_KINDS
 } work_kind_t;
 
@@ -57,7 +59,9 @@ enum {
     WORK_FAILED_SIDE = 8, /* blocks along the image's sides in which failures are counted */
     WORK_FAILED_BLOCKS = WORK_FAILED_SIDE * WORK_FAILED_SIDE,
     WORK_BLOCKS_SIDE = IMPORTANCE_SIDE, /* blocks in which the pilot adds up its light */
-    WORK_BLOCKS = IMPORTANCE_BLOCKS
+    WORK_BLOCKS = IMPORTANCE_BLOCKS,
+    WORK_LEFT_OUT_ALL = SETTINGS_EFFECTS, /* in place of an effect: whatever the job leaves out */
+    WORK_LEFT_OUT_MOMENTS = 1 + 2 * (SETTINGS_EFFECTS + 1)
 };
 
 /* A pilot's samples from this index on come in pairs, 2 i and 2 i + 1, each pair within one pixel: what two samples
@@ -67,7 +71,7 @@ enum {
 typedef struct work_record {
     uint32_t kind;   /* work_kind_t */
     uint32_t length; /* k: chains and trials; 0: chains of all lengths at once (settings_joins_all), and all else */
-    uint64_t first;  /* pilot, refine, samples: index of the first sample; chains: id of the first chain;
+    uint64_t first;  /* pilot, refine, samples, left out: index of the first sample; chains: id of the first chain;
                         features: first row */
     uint64_t count;  /* of candidates, samples, chains, or rows */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
@@ -78,9 +82,11 @@ typedef struct work_record {
     uint64_t *seeds; /* chains: the candidate each starts from, `count` of them; owned by the record */
     double *shares;  /* chains of cmlt and cmlt-ipsm: probabilities of the techniques s = 0 .. k, k + 1 of them that
                         sum to one; else null; owned by the record */
-    double *importance;  /* all but features: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
-    uint32_t cap_count;  /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
-    double *caps;        /* split.h; null if there is none; owned by the record */
+    double *importance; /* all but features and left out: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
+    uint32_t cap_count; /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
+    double *caps;       /* split.h; null if there is none; owned by the record */
+    uint32_t idle_count; /* likewise: techniques that take no part, of the chains' length or of all */
+    target_idle_t *idle;
     uint32_t rate_count; /* samples: 0 or one for each length from 1 on */
     double *rates;       /* cutoff.h; null if all samples are of all lengths; owned by the record */
 } work_record_t;
@@ -138,7 +144,8 @@ typedef struct work_result {
     work_stats_t stats;
     /* Estimators. Chains (their large steps) of length k: [0] the length's b_k (technique factor included), [1 + s]
      * the part of technique s. Pilot, refine, samples, chains of all lengths: for each length k = 1..K, 1 + (k+1)
-     * such entries in a row. */
+     * such entries in a row. Left out: [0] all light, [1 + 2 e] that of effect e (settings_effect_t, or
+     * WORK_LEFT_OUT_ALL: whatever the job leaves out), [2 + 2 e] the rest. */
     uint32_t moment_count;
     work_moments_t *moments;
     stuck_t stuck;         /* chains */

@@ -1,12 +1,14 @@
 /* work_codec.c: records and results as bytes (proto/PROTOCOL.md names them opaque; the layout is stated here).
  *
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32
- * steps, large, u32 0 or length + 1 and that many f64: shares; for all but features u32 0 or IMPORTANCE_BLOCKS and
- * that many f64, u32 caps and that many f64; for samples u32 rates and that many f64. Result: u32 version, kind,
- * length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum, sum2); u32 0 or
- * WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot packed doubles;
- * chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd. All little
- * endian.
+ * steps, large, u32 0 or length + 1 and that many f64: shares; for all but features and what is left out u32 0 or
+ * IMPORTANCE_BLOCKS and that many f64, u32 caps and that many f64, u32 lengths with idle techniques and that many
+ * pairs of u64; for samples u32 rates and that many f64.
+ *
+ * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
+ * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot
+ * packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd.
+ * All little endian.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -17,7 +19,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 8 };
+enum { WORK_CODEC_VERSION = 10 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -26,12 +28,14 @@ void work_record_clear(work_record_t *record)
     free(record->importance);
     free(record->caps);
     free(record->rates);
+    free(record->idle);
     *record = (work_record_t){0};
 }
 
+/* And caps and idle techniques. */
 static bool record_has_importance(uint32_t kind)
 {
-    return kind != WORK_FEATURES;
+    return kind != WORK_FEATURES && kind != WORK_LEFT_OUT;
 }
 
 static void record_put(wire_writer_t *out, const void *value)
@@ -62,6 +66,10 @@ static void record_put(wire_writer_t *out, const void *value)
     wire_put_u32(out, record->cap_count);
     for (uint32_t i = 0; i < record->cap_count; i++)
         wire_put_f64(out, record->caps[i]);
+    wire_put_u32(out, record->idle_count);
+    for (uint32_t i = 0; i < record->idle_count; i++)
+        for (int w = 0; w < 2; w++)
+            wire_put_u64(out, record->idle[i].words[w]);
     if (record->kind != WORK_SAMPLES)
         return;
     wire_put_u32(out, record->rate_count);
@@ -97,7 +105,8 @@ static fault_code_t record_check(wire_reader_t *in, const work_record_t *r)
 {
     static const uint64_t most[WORK_KINDS] = {
         [WORK_PILOT] = WORK_MAX_CANDIDATES, [WORK_CHAINS] = WORK_MAX_CHAINS, [WORK_TRIAL] = WORK_MAX_CHAINS,
-        [WORK_SAMPLES] = UINT64_C(1) << 40, [WORK_FEATURES] = FILM_MAX_SIDE, [WORK_REFINE] = UINT64_C(1) << 40};
+        [WORK_SAMPLES] = UINT64_C(1) << 40, [WORK_FEATURES] = FILM_MAX_SIDE, [WORK_REFINE] = UINT64_C(1) << 40,
+        [WORK_LEFT_OUT] = UINT64_C(1) << 40};
     if (in->code)
         return in->code;
     if (r->kind == 0 || r->kind >= WORK_KINDS)
@@ -213,6 +222,30 @@ static fault_code_t record_get_rates(wire_reader_t *in, work_record_t *record, f
     return in->code;
 }
 
+/* No bit stands for a technique that its length lacks. */
+static fault_code_t record_get_idle(wire_reader_t *in, work_record_t *record, fault_t *fault)
+{
+    const bool one = work_runs_chains(record->kind) && record->length > 0;
+    const uint32_t count = wire_get_u32(in, "idle"), most = one ? 1 : PATH_MAX_LENGTH;
+    if (in->code || count == 0)
+        return in->code;
+    if (count > most)
+        return wire_reader_fail(in, FAULT_FORMAT, "idle", "%u lengths, expected 0 to %u", count, most);
+    record->idle = calloc(count, sizeof *record->idle);
+    if (!record->idle)
+        return fault_set(fault, FAULT_MEMORY, "unit record: no memory for its idle techniques");
+    record->idle_count = count;
+    for (uint32_t i = 0; i < count && !in->code; i++) {
+        const uint32_t techniques = (one ? record->length : i + 1) + 1;
+        for (int w = 0; w < 2; w++)
+            record->idle[i].words[w] = wire_get_u64(in, "idle");
+        for (uint32_t s = techniques; s < PATH_MAX_VERTICES && !in->code; s++)
+            if (target_is_idle(&record->idle[i], s))
+                return wire_reader_fail(in, FAULT_RANGE, "idle", "technique %u of length %u", s, techniques - 1);
+    }
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -244,6 +277,8 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
         code = record_get_importance(&in, record, fault);
     if (!code && record_has_importance(record->kind))
         code = record_get_caps(&in, record, fault);
+    if (!code && record_has_importance(record->kind))
+        code = record_get_idle(&in, record, fault);
     if (!code && record->kind == WORK_SAMPLES)
         code = record_get_rates(&in, record, fault);
     if (!code)
@@ -506,7 +541,7 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
                    ? FAULT_NONE
                    : wire_reader_fail(in, FAULT_RANGE, "body", "spread %g, expected 0 or more", result->spread);
     }
-    if (record->kind == WORK_REFINE)
+    if (record->kind == WORK_REFINE || record->kind == WORK_LEFT_OUT)
         return packed_size == 0 ? FAULT_NONE : wire_reader_fail(in, FAULT_FORMAT, "body", "is not empty");
     TRY(film_init(&result->film, width, height, fault));
     result->has_film = true;
@@ -528,7 +563,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
         return wire_reader_fail(&in, FAULT_FORMAT, "kind", "%u of length %u, expected %u of length %u",
                                 result->kind, result->length, record->kind, record->length);
     result_get_stats(&in, &result->stats);
-    const uint32_t moments = record->kind == WORK_FEATURES ? 0
+    const uint32_t moments = record->kind == WORK_FEATURES   ? 0
+                             : record->kind == WORK_LEFT_OUT ? WORK_LEFT_OUT_MOMENTS
                              : work_runs_chains(record->kind) && record->length > 0
                                  ? record->length + 2
                                  : work_samples_moment(max_path_length + 1);

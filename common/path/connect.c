@@ -229,21 +229,12 @@ static bool path_is_caustic(const path_space_t *space, uint32_t s, uint32_t t)
     return false;
 }
 
-static bool path_is_left_out(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
-                             uint8_t classes)
-{
-    if ((classes & PATH_CLASS_CAUSTIC) && path_is_caustic(space, s, t))
-        return true;
-    const path_vertex_t *light = s == 0 ? &space->camera[t - 1] : y0 ? y0 : space->light;
-    return (classes & PATH_CLASS_INFINITE) && light->kind == PATH_INFINITE && (s == 0 || !light->delta);
-}
-
 bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
                   const path_techniques_t *techniques, path_value_t *out)
 {
     if (!techniques->allowed[s])
         return false;
-    if (__builtin_expect(techniques->left_out, 0) && path_is_left_out(space, s, t, y0, techniques->left_out))
+    if (__builtin_expect(techniques->left_out, 0) && (path_classes(space, s, t, y0) & techniques->left_out))
         return false;
     if (s == 0)
         return path_hit_light(ps, space, t, techniques, out);
@@ -287,6 +278,14 @@ bool path_connect(const path_scene_t *ps, path_space_t *space, uint32_t s, uint3
                               .z_last = t == 1 ? 0 : from.pdf * cos_z * inverse / z->pdf,
                               .z_previous = to.previous};
     return path_finish(space, &join, techniques, unweighted, out);
+}
+
+uint8_t path_classes(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0)
+{
+    const path_vertex_t *light = s == 0 ? &space->camera[t - 1] : y0 ? y0 : space->light;
+    const bool infinite = light->kind == PATH_INFINITE && (s == 0 || !light->delta);
+    return (uint8_t)((path_is_caustic(space, s, t) ? PATH_CLASS_CAUSTIC : 0) |
+                     (infinite ? PATH_CLASS_INFINITE : 0));
 }
 
 bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_techniques_t *techniques,

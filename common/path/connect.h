@@ -21,8 +21,9 @@ typedef struct path_value {
 /* Classes of paths that may be left out. A path is in a class whichever technique makes it, so that leaving one out
  * changes no weight. */
 enum {
-    PATH_CLASS_CAUSTIC = 1, /* the first vertex after the light scatters specularly, some later one does not */
-    PATH_CLASS_INFINITE = 2 /* the light is an infinite one: not a distant light */
+    PATH_CLASS_CAUSTIC = 1,  /* the first vertex after the light scatters specularly, some later one does not */
+    PATH_CLASS_INFINITE = 2, /* the light is an infinite one: not a distant light */
+    PATH_CLASS_SETS = 4      /* sets of them, 0 among these */
 };
 
 /* Which techniques s of a length take part: allowed[s], s = 0 .. k, 1 or 0; and which paths do not: PATH_CLASS_...
@@ -37,6 +38,9 @@ typedef struct path_techniques {
  * False if the path carries nothing. */
 bool path_connect(const path_scene_t *scene, path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
                   const path_techniques_t *techniques, path_value_t *out);
+
+/* The classes, added up, of the path that path_connect joins from the same arguments. */
+uint8_t path_classes(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0);
 
 /* The balance-heuristic weights of all techniques for the path that the last call of path_connect joined from (s,
  * t) in this space (y0 null): weights[j], j = 0 .. s + t - 1; they sum to one. False where they leave double's

@@ -43,6 +43,8 @@ static const effect_words_t words[EFFECT_COUNT] = {
     [EFFECT_INDIRECT] = {"indirect", "paths of three and more segments are made", "only light that is direct"},
     [EFFECT_EMISSION] = {"emission", "lights are seen themselves", "no light is seen itself"},
     [EFFECT_LENS_HITS] = {"lens_hits", "", "the technique t = 0 is no part of weights or states"},
+    [EFFECT_ALL_TECHNIQUES] = {"all_techniques", "weights and states have them all",
+                               "the others' weights make up for those that are left out"},
     [EFFECT_TECHNIQUE_STEPS] = {"technique_steps", "small steps may draw the technique anew", "none are proposed"},
     [EFFECT_JUMPS] = {"jumps", "chains change technique at the same path", "no path is inverted for a jump"},
     [EFFECT_EXCHANGES] = {"exchanges", "chains of neighbouring techniques swap states", "none are proposed"},
@@ -53,11 +55,10 @@ static const effect_words_t words[EFFECT_COUNT] = {
     [EFFECT_IMPORTANCE] = {"importance", "dark parts of the image get more mutations",
                            "mutations go where the light is"}};
 
-static const effect_kind_t switched[SETTINGS_EFFECTS] = {[SETTINGS_CAUSTICS] = EFFECT_CAUSTICS,
-                                                         [SETTINGS_ENVIRONMENT] = EFFECT_ENVIRONMENT,
-                                                         [SETTINGS_APERTURE] = EFFECT_APERTURE,
-                                                         [SETTINGS_INDIRECT] = EFFECT_INDIRECT,
-                                                         [SETTINGS_EMISSION] = EFFECT_EMISSION};
+static const effect_kind_t switched[SETTINGS_EFFECTS] = {
+    [SETTINGS_CAUSTICS] = EFFECT_CAUSTICS, [SETTINGS_ENVIRONMENT] = EFFECT_ENVIRONMENT,
+    [SETTINGS_APERTURE] = EFFECT_APERTURE, [SETTINGS_INDIRECT] = EFFECT_INDIRECT,
+    [SETTINGS_EMISSION] = EFFECT_EMISSION, [SETTINGS_ALL_TECHNIQUES] = EFFECT_ALL_TECHNIQUES};
 
 /* What is found before it is put in words: how many records of each. */
 typedef struct facts {
@@ -238,6 +239,7 @@ static void say_moves(effects_t *out, const settings_t *s)
         say(out, EFFECT_INDIRECT, true, "the job asks for direct light");
     else
         say(out, EFFECT_INDIRECT, s->max_path_length > 2, "paths have at most %u segments", s->max_path_length);
+    say(out, EFFECT_ALL_TECHNIQUES, true, "%s", settings_is_chains(a) ? "none is known to be negligible" : name);
     say(out, EFFECT_TECHNIQUE_STEPS, a == SETTINGS_MMLT && s->technique_step > 0, "%s, chains.technique_step = %g",
         name, s->technique_step);
     say(out, EFFECT_JUMPS, settings_jumps(a) && s->jump_step > 0, "%s, chains.jump_step = %g", name, s->jump_step);
@@ -294,6 +296,11 @@ fault_code_t effects_check(const scene_t *scene, const settings_t *settings, fau
     return FAULT_NONE;
 }
 
+effect_kind_t effects_switched(settings_effect_t effect)
+{
+    return switched[effect];
+}
+
 /* A switch says nothing of what is absent anyway. */
 static const char *effect_state(const effect_t *effect)
 {
@@ -303,17 +310,18 @@ static const char *effect_state(const effect_t *effect)
                                                 : "present";
 }
 
-json_t *effects_json(const effects_t *effects, const double *energy)
+json_t *effects_json(const effects_t *effects, const effect_energy_t *energy)
 {
     json_t *list = json_new_array();
     for (int kind = 0; kind < EFFECT_COUNT; kind++) {
         const effect_t *effect = &effects->list[kind];
+        const bool known = energy && effect->present, forbidden = effect->set == SETTINGS_SWITCH_OFF;
         json_t *object = json_new_object();
         json_add_string(object, "name", words[kind].name);
         json_add_string(object, "state", effect_state(effect));
         json_add_string(object, "reason", effect->reason);
-        const bool forbidden = effect->set == SETTINGS_SWITCH_OFF;
-        json_add_number(object, "energy", energy && !forbidden ? energy[kind] : (double)NAN);
+        json_add_number(object, "energy", known ? energy[kind].share : (double)NAN);
+        json_add_number(object, "energy_error", known ? energy[kind].error : (double)NAN);
         json_add_string(object, "consequence",
                         !effect->present ? words[kind].without
                         : forbidden      ? "the image lacks it, because the job says so"

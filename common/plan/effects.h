@@ -36,10 +36,11 @@ typedef enum effect_kind {
     EFFECT_PROCEDURAL_TEXTURES,
     EFFECT_OPACITY,
     EFFECT_INTERPOLATED_NORMALS,
-    EFFECT_PIXEL_FILTER, /* one that reaches beyond its pixel */
-    EFFECT_INDIRECT,     /* paths of more than two segments */
-    EFFECT_EMISSION,     /* paths of one segment */
-    EFFECT_LENS_HITS,    /* the technique t = 0 */
+    EFFECT_PIXEL_FILTER,   /* one that reaches beyond its pixel */
+    EFFECT_INDIRECT,       /* paths of more than two segments */
+    EFFECT_EMISSION,       /* paths of one segment */
+    EFFECT_LENS_HITS,      /* the technique t = 0 */
+    EFFECT_ALL_TECHNIQUES, /* those of negligible energy too */
     EFFECT_TECHNIQUE_STEPS,
     EFFECT_JUMPS,
     EFFECT_EXCHANGES,
@@ -70,8 +71,15 @@ fault_code_t effects_check(const scene_t *scene, const settings_t *settings, fau
 /* "caustics" */
 const char *effects_name(effect_kind_t kind);
 
-/* The report's list (docs/reports.md). energy[kind]: share of the light, NaN where it is not known; null: of none.
- */
-json_t *effects_json(const effects_t *effects, const double *energy);
+/* The effect that a job's switch is of. */
+effect_kind_t effects_switched(settings_effect_t effect);
+
+/* Share of the light with its standard error; NaN where they are not known. */
+typedef struct effect_energy {
+    double share, error;
+} effect_energy_t;
+
+/* The report's list (docs/reports.md). energy[kind]; null: of none. */
+json_t *effects_json(const effects_t *effects, const effect_energy_t *energy);
 
 #endif

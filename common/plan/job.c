@@ -52,8 +52,8 @@ static const char *const algorithm_names[SETTINGS_ALGORITHMS + 1] = {
 static const char *const target_names[] = {"luminance", "maximum"};
 static const char *const kernel_names[] = {"kelemen", "gaussian"};
 static const char *const switch_names[SETTINGS_SWITCHES] = {"auto", "on", "off"};
-static const char *const effect_names[SETTINGS_EFFECTS + 1] = {"caustics", "environment", "aperture",
-                                                               "indirect", "emission",    NULL};
+static const char *const effect_names[SETTINGS_EFFECTS + 1] = {"caustics", "environment",    "aperture", "indirect",
+                                                               "emission", "all_techniques", NULL};
 static const char *const failure_names[SETTINGS_FAILURES] = {"plain", "delayed", "published"};
 
 static fault_code_t job_read_film(const json_t *root, settings_t *settings, fault_t *fault)
@@ -176,6 +176,8 @@ static fault_code_t job_read_effects(const json_t *root, settings_t *settings, f
         TRY(job_read_choice(effects, "effects", effect_names[i], switch_names, SETTINGS_SWITCHES, &choice, fault));
         settings->effects[i] = (uint8_t)choice;
     }
+    if (settings_forbids(settings, SETTINGS_ALL_TECHNIQUES))
+        return fault_set(fault, FAULT_FORMAT, "effects.all_techniques: \"off\", expected \"auto\" or \"on\"");
     return FAULT_NONE;
 }
 

@@ -9,6 +9,9 @@
 #include "plan/plan_seeds.h"
 #include "plan/plan_sketch.h"
 #include "plan/plan_split.h"
+#include "plan/plan_idle.h"
+#include "plan/plan_left_out.h"
+#include "plan/plan_missed.h"
 #include "plan/plan_state.h"
 #include "plan/plan_strata.h"
 #include "plan/plan_stuck.h"
@@ -56,6 +59,14 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     }
     code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
     plan_size_pilot(plan);
+    plan->survey = calloc(plan_survey_bytes(plan) + 1, 1);
+    plan->idle = calloc(s->max_path_length, sizeof *plan->idle);
+    plan->idle_energy = calloc(s->max_path_length, sizeof *plan->idle_energy);
+    if (!code && (!plan->survey || !plan->idle || !plan->idle_energy))
+        code = fault_set(fault, FAULT_MEMORY, "no memory for a look at the techniques");
+    plan->left_out = calloc(plan->left_out_units * WORK_LEFT_OUT_MOMENTS + 1, sizeof *plan->left_out);
+    if (!code && !plan->left_out)
+        code = fault_set(fault, FAULT_MEMORY, "no memory for the energy of what is left out");
     for (uint32_t k = plan_has_seeds(plan, 0) ? 0 : 1; k <= s->max_path_length && !code; k++) {
         plan->lengths[k].weights = calloc(plan->candidates, sizeof(double));
         if (!plan->lengths[k].weights)
@@ -90,6 +101,10 @@ void plan_destroy(plan_t **out)
     free(plan->pilot_moments);
     free(plan->pilot_blocks);
     free(plan->trials);
+    free(plan->left_out);
+    free(plan->survey);
+    free(plan->idle);
+    free(plan->idle_energy);
     free(plan->lengths);
     free(plan->squares);
     free(plan->strata);
@@ -345,6 +360,7 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
 {
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         pilot_finish_length(plan, &plan->lengths[k]);
+    plan_bound_lengths(plan);
     plan_split_settle(plan);
     pilot_finish_seeds(plan);
     pilot_finish_needs(plan);
@@ -396,7 +412,14 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     case WORK_FEATURES:
         absorb_features(plan, record, &result);
         break;
+    case WORK_LEFT_OUT:
+        plan_absorb_left_out(plan, record, &result);
+        break;
     case WORK_REFINE:
+        if (plan_is_survey(record)) {
+            plan_absorb_survey(plan, unit >= plan->sketch_units + plan->survey_units, record, &result);
+            break;
+        }
         absorb_all_moments(plan, result.moments);
         break;
     case WORK_CHAINS:

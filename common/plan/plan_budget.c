@@ -8,6 +8,9 @@
 #include "plan/plan_seeds.h"
 #include "plan/plan_sketch.h"
 #include "plan/plan_split.h"
+#include "plan/plan_idle.h"
+#include "plan/plan_left_out.h"
+#include "plan/plan_missed.h"
 
 enum {
     PILOT_UNIT = 8192, /* candidates: some ten milliseconds */
@@ -76,8 +79,10 @@ void plan_size_pilot(plan_t *plan)
     plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
     plan->sketch_units = plan_sketch_size(plan, units);
     plan->split_units = budget_is_ample(plan) ? plan_split_size(plan, units) : 0;
-    plan->pilot_units =
-        plan->sketch_units + plan->split_units + units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+    plan->left_out_units = plan_left_out_size(plan, units);
+    plan->survey_units = plan_survey_size(plan, units);
+    plan->pilot_units = plan->sketch_units + 2 * plan->survey_units + plan->left_out_units + plan->split_units +
+                        units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
 }
 
 static void features_record(const plan_t *plan, uint64_t index, work_record_t *record)
@@ -87,29 +92,40 @@ static void features_record(const plan_t *plan, uint64_t index, work_record_t *r
     record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
 }
 
-/* The sketch, features, which need not wait for it, the units for the caps, and the candidates. */
+/* The sketch and the survey's first round; features and what is left out, which need not wait for them; the second
+ * round; the units for the caps, and the candidates. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
-    const uint64_t units = plan->candidates / plan->pilot_unit,
-                   caps = plan->pilot_units - units - plan->split_units;
+    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit,
+                   caps = candidates - plan->split_units, second = caps - plan->survey_units,
+                   left_out = second - plan->left_out_units, features = plan->sketch_units + plan->survey_units;
     *record = (work_record_t){0};
     if (index < plan->sketch_units) {
         plan_sketch_record(plan, index, record);
         return FAULT_NONE;
     }
-    if (index < caps) {
-        features_record(plan, index - plan->sketch_units, record);
+    if (index < features)
+        return plan_survey_record(plan, 0, index - plan->sketch_units, record);
+    if (index < left_out) {
+        features_record(plan, index - features, record);
         return FAULT_NONE;
     }
-    index -= caps;
-    if (index < plan->split_units) {
-        plan_split_record(plan, index, record);
-        return plan_set_importance(plan, record, NULL);
+    if (index < second) {
+        plan_left_out_record(index - left_out, record);
+        return FAULT_NONE;
+    }
+    if (index < caps)
+        return plan_survey_record(plan, 1, index - second, record);
+    if (index < candidates) {
+        plan_split_record(plan, index - caps, record);
+        TRY(plan_set_importance(plan, record, NULL));
+        return plan_set_idle(plan, record, NULL);
     }
     record->kind = WORK_PILOT;
-    record->first = (index - plan->split_units) * plan->pilot_unit;
+    record->first = (index - candidates) * plan->pilot_unit;
     record->count = plan->pilot_unit;
     TRY(plan_set_importance(plan, record, NULL));
+    TRY(plan_set_idle(plan, record, NULL));
     return plan_set_caps(plan, record, NULL);
 }
 
@@ -117,7 +133,9 @@ bool plan_pilot_waits(const plan_t *plan)
 {
     const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit,
                    caps = candidates - plan->split_units;
-    return (plan->pilot_next == caps && plan->sketch_units > 0 && !plan->has_importance) ||
+    return (plan->pilot_next == caps - plan->survey_units && !plan_survey_has(plan, 0)) ||
+           (plan->pilot_next == caps && plan->sketch_units > 0 && !plan->has_importance) ||
+           (plan->pilot_next == caps && !plan_survey_has(plan, 1)) ||
            (plan->pilot_next == candidates && plan->split_units > 0 && !plan->has_caps);
 }
 
@@ -132,7 +150,7 @@ double plan_usual_cost(uint32_t k)
  * the error is: sum_k b_k need_k / N_k. At a fixed cost sum_k c_k N_k the least is where N_k is in proportion to
  * sqrt(b_k need_k / c_k). That is a coarse image's word, and knows nothing of how mutations of a length hang
  * together, which trials do (plan_trial.c): with them b_k^2 q_k is in the place of b_k need_k. A part of the shares
- * goes by energy, and no length that carries light gets less than half a percent. */
+ * goes by energy, and no length that is sure to carry light gets less than half a percent. */
 void plan_shares(plan_t *plan)
 {
     const double least = 0.005, by_energy = 0.1;
@@ -153,7 +171,9 @@ void plan_shares(plan_t *plan)
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
         const double own = needs > 0 ? need[k] / needs : 0;
-        length->share = length->b > 0 ? fmax(by_energy * length->b / plan->b + (1 - by_energy) * own, least) : 0;
+        length->share = length->b > 0 ? fmax(by_energy * length->b / plan->b + (1 - by_energy) * own,
+                                             plan_least_share(plan, k, least))
+                                      : 0;
         sum += length->share;
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -291,11 +311,14 @@ void plan_freeze_techniques(plan_t *plan)
         return;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
-        double sum = 0, error;
+        double sum = 0, taking = 0, error;
+        for (uint32_t s = 0; s <= k; s++)
+            taking += !target_is_idle(&plan->idle[k - 1], s);
         for (uint32_t s = 0; s <= k; s++)
             sum += length->techniques[s] = plan_technique_b(plan, k, s, &error);
         for (uint32_t s = 0; s <= k && sum > 0; s++)
-            length->techniques[s] = (1 - least) * length->techniques[s] / sum + least / (k + 1);
+            length->techniques[s] = (1 - least) * length->techniques[s] / sum +
+                                    (target_is_idle(&plan->idle[k - 1], s) ? 0 : least / taking);
     }
 }
 
@@ -338,7 +361,8 @@ static bool refine_record(plan_t *plan, work_record_t *record)
     if (due < (double)(plan->refine_handed + PILOT_UNIT))
         return false;
     *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
-    if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
+    if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
+        plan_set_idle(plan, record, NULL)) {
         work_record_clear(record);
         return false;
     }
@@ -360,7 +384,7 @@ bool plan_chains_record(const plan_t *plan, work_kind_t kind, uint32_t k, uint64
                               .seeds = malloc(sizeof(uint64_t) * chains),
                               .shares = shares ? malloc(sizeof(double) * (k + 1)) : NULL};
     if (!record->seeds || (shares && !record->shares) || plan_set_importance(plan, record, NULL) ||
-        plan_set_caps(plan, record, NULL)) {
+        plan_set_caps(plan, record, NULL) || plan_set_idle(plan, record, NULL)) {
         work_record_clear(record);
         return false;
     }
@@ -386,7 +410,8 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
     if (plan_is_samples(plan, k)) {
         *record =
             (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
-        if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL)) {
+        if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
+            plan_set_idle(plan, record, NULL)) {
             work_record_clear(record);
             return false;
         }

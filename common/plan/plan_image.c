@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "plan/plan_estimate.h"
+#include "plan/plan_left_out.h"
 #include "plan/plan_state.h"
 
 static const char *const plan_channels[] = {"R",        "G",       "B",        "stderr.R", "stderr.G",
@@ -46,6 +47,10 @@ static fault_code_t plan_image_attributes(const plan_t *plan, image_t *image, fa
         code = image_set_attribute(image, "garland.instructions", GARLAND_ARCH, fault);
     if (!code && plan->settings.failures == SETTINGS_FAILURES_PUBLISHED)
         code = image_set_attribute(image, "garland.biased", PLAN_BIASED, fault);
+    char left_out[256];
+    plan_left_out_say(plan, left_out, sizeof left_out);
+    if (!code && left_out[0])
+        code = image_set_attribute(image, "garland.left_out", left_out, fault);
     return code;
 }
 

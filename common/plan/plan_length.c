@@ -24,6 +24,7 @@ void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k
     wire_put_f64(out, length->b);
     wire_put_f64(out, length->need);
     wire_put_f64(out, length->light);
+    wire_put_f64(out, length->most);
     wire_put_u64(out, length->units_in);
     wire_put_u64(out, length->merged);
     wire_put_u64(out, length->zero_proposals);
@@ -53,6 +54,9 @@ void plan_length_get(wire_reader_t *in, plan_length_t *length, uint32_t k)
     length->light = wire_get_f64(in, "light");
     if (!in->code && (!(length->light >= 0) || !isfinite(length->light)))
         wire_reader_fail(in, FAULT_RANGE, "light", "%g", length->light);
+    length->most = wire_get_f64(in, "most");
+    if (!in->code && (!(length->most >= 0) || !isfinite(length->most)))
+        wire_reader_fail(in, FAULT_RANGE, "most", "%g", length->most);
     length->units_in = wire_get_u64(in, "units_in");
     length->merged = wire_get_u64(in, "merged");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");

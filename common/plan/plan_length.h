@@ -25,6 +25,7 @@ typedef struct plan_length {
     /* pilot */
     double *weights; /* of the candidates; after the pilot their running sum, where chains start from them */
     double b;        /* the pilot's estimate of what chains follow */
+    double most;     /* it may be, plan_missed.h */
     double light;    /* and of all light of the length, without importance and cap */
     double need; /* mean over the image's blocks of I_k m / (I^2 + 0.01 m^2): how much the error is in its pixels */
     double inefficiency; /* mutations that do what one independent draw would do; guessed, or by trials */

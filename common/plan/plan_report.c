@@ -6,6 +6,9 @@
 #include "plan/effects.h"
 #include "plan/plan_accuracy.h"
 #include "plan/plan_estimate.h"
+#include "plan/plan_idle.h"
+#include "plan/plan_left_out.h"
+#include "plan/plan_missed.h"
 #include "plan/plan_state.h"
 #include "plan/plan_strata.h"
 #include "plan/plan_stuck.h"
@@ -97,6 +100,7 @@ static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, u
         json_append(techniques, technique);
     }
     json_add(object, "techniques", techniques);
+    plan_report_idle(plan, k, object);
     if (plan_is_whole(plan))
         return object;
     if (plan_splits(plan)) {
@@ -104,6 +108,7 @@ static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, u
         json_add_number(object, "cap", plan->caps[k - 1]);
         json_add_number(object, "rate", plan->rates[k - 1]);
     }
+    json_add_number(object, "most", plan->lengths[k].most);
     json_add_number(object, "relmse", plan->lengths[k].merged > 0 ? estimate->lengths[k] : NAN);
     json_add_number(object, "share", plan->lengths[k].share);
     if (plan->lengths[k].trials > 0) {
@@ -173,26 +178,58 @@ static json_t *report_rates(const plan_t *plan, double merged)
     return rates;
 }
 
-/* What the scene has, with the share of the light where the lengths tell it. */
-static json_t *report_effects(const plan_t *plan)
+/* Energies that are known: what was measured because the job leaves something out; else that of indirect light,
+ * from the lengths. */
+static void report_energies(const plan_t *plan, effect_energy_t energy[EFFECT_COUNT])
 {
-    effects_t effects;
-    double energy[EFFECT_COUNT], all = 0, indirect = 0, error;
+    double all = 0, indirect = 0, error;
     for (int kind = 0; kind < EFFECT_COUNT; kind++)
-        energy[kind] = NAN;
+        energy[kind] = (effect_energy_t){NAN, NAN};
+    for (uint32_t e = 0; plan->left_out_units > 0 && e < SETTINGS_EFFECTS; e++) {
+        const plan_energy_t measured = plan_left_out_energy(plan, e);
+        if (e != SETTINGS_APERTURE)
+            energy[effects_switched((settings_effect_t)e)] = (effect_energy_t){measured.share, measured.error};
+    }
+    if (plan->left_out_units > 0)
+        return;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         const double b = plan_splits(plan) ? plan->lengths[k].light : plan_length_b(plan, k, &error);
         all += b;
         indirect += k > 2 ? b : 0;
     }
-    energy[EFFECT_INDIRECT] = all > 0 ? indirect / all : NAN;
+    energy[EFFECT_INDIRECT].share = all > 0 ? indirect / all : NAN;
+}
+
+/* What the scene has. */
+static json_t *report_effects(const plan_t *plan)
+{
+    effects_t effects;
+    effect_energy_t energy[EFFECT_COUNT];
+    report_energies(plan, energy);
     effects_analyse(&effects, plan->scene, &plan->settings);
     effect_t *split = &effects.list[EFFECT_SPLIT];
     if (split->present && !plan_splits(plan)) {
         split->present = false;
         snprintf(split->reason, sizeof split->reason, "the rules leave too few mutations to measure what to split");
     }
+    effect_t *techniques = &effects.list[EFFECT_ALL_TECHNIQUES];
+    if (plan_say_idle(plan, techniques->reason, sizeof techniques->reason))
+        techniques->present = false;
     return effects_json(&effects, energy);
+}
+
+/* What the image is missing. */
+static json_t *report_left_out(const plan_t *plan)
+{
+    const plan_energy_t all = plan_left_out_energy(plan, WORK_LEFT_OUT_ALL);
+    double samples = 0;
+    for (uint64_t i = 0; i < plan->left_out_units; i++)
+        samples += plan->left_out[i * WORK_LEFT_OUT_MOMENTS].n;
+    json_t *object = json_new_object();
+    json_add_number(object, "energy", all.share);
+    json_add_number(object, "standard_error", all.error);
+    json_add_number(object, "samples", samples);
+    return object;
 }
 
 json_t *plan_report(const plan_t *plan)
@@ -220,6 +257,8 @@ json_t *plan_report(const plan_t *plan)
     json_add(time, "parts", report_time_parts(plan));
     json_add(root, "time", time);
     json_add(root, "effects", report_effects(plan));
+    if (plan->left_out_units > 0)
+        json_add(root, "left_out", report_left_out(plan));
     plan_error_t estimate;
     plan_estimate_error(plan, &estimate);
     json_add(root, "error", report_error(&estimate));
@@ -244,6 +283,8 @@ json_t *plan_report(const plan_t *plan)
         json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);
         json_add(root, "samples", samples);
     }
+    if (plan_is_chains(plan) && !plan_is_whole(plan) && !plan_splits(plan) && plan->phase != PLAN_PILOT)
+        json_add(root, "missed", plan_missed_json(plan));
     if (plan_is_chains(plan))
         json_add(root, "stuck", plan_stuck_json(plan));
     json_t *pilot = json_new_object();

@@ -3,7 +3,8 @@
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
  * totals; then per length its sums, candidates and film; squares, of pixels and (chains) of blocks; features;
- * groups, history, stuck chains and trials. Large arrays are packed (u32 size, zstd).
+ * groups, history, stuck chains, trials, what is left out, the survey of techniques. Large arrays are packed (u32
+ * size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -11,6 +12,8 @@
 #include "plan/packed.h"
 #include "plan/plan_accuracy.h"
 #include "plan/plan_budget.h"
+#include "plan/plan_idle.h"
+#include "plan/plan_left_out.h"
 #include "plan/plan_sketch.h"
 #include "plan/plan_split.h"
 #include "plan/plan_state.h"
@@ -18,7 +21,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 12 };
+enum { PLAN_SAVE_VERSION = 13 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -71,6 +74,7 @@ static void put_totals(wire_writer_t *out, const plan_t *plan)
     wire_put_u64(out, counts->saturated);
     plan_sketch_put(out, plan);
     plan_split_put(out, plan);
+    wire_put_u32(out, plan->measurable);
 }
 
 static void get_totals(wire_reader_t *in, plan_t *plan)
@@ -99,6 +103,10 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
     counts->saturated = wire_get_u64(in, "saturated");
     plan_sketch_get(in, plan);
     plan_split_get(in, plan);
+    plan->measurable = wire_get_u32(in, "measurable");
+    if (!in->code && plan->measurable > plan->settings.max_path_length)
+        wire_reader_fail(in, FAULT_RANGE, "measurable", "length %u, expected 0 to %u", plan->measurable,
+                         plan->settings.max_path_length);
 }
 
 /* ---- saving ---- */
@@ -153,6 +161,8 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     plan_history_put(out, &plan->history);
     stuck_put(out, &plan->stuck);
     plan_trial_put(out, plan);
+    plan_left_out_put(out, plan);
+    plan_survey_put(out, plan);
 }
 
 fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
@@ -255,6 +265,8 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         TRY(plan_prepare_trials(plan, fault));
     }
     plan_trial_get(in, plan);
+    plan_left_out_get(in, plan);
+    TRY(plan_survey_get(in, plan));
     plan_predict(plan);
     return wire_reader_end(in);
 }
@@ -270,6 +282,15 @@ static void load_count(load_counts_t *counts, const work_record_t *record)
         return;
     counts->units[record->length]++;
     counts->merged[record->length] += record->kind == WORK_CHAINS ? record->mutations : record->count;
+}
+
+/* Estimators of a unit are of so many values: of none before it is in. */
+static fault_code_t load_check_in(wire_reader_t *in, const char *field, double n, const uint8_t *states,
+                                  uint64_t count, uint64_t unit)
+{
+    if ((n > 0) != (unit < count && states[unit] == PLAN_UNIT_IN))
+        return wire_reader_fail(in, FAULT_FORMAT, field, "does not go with unit %llu", (unsigned long long)unit);
+    return FAULT_NONE;
 }
 
 /* Makes the list of units again and marks those that are in. */
@@ -307,6 +328,14 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
                                 (unsigned long long)plan->split_in, (unsigned long long)plan->split_units);
     for (uint64_t i = plan->pilot_units; i < count && i < trials; i++)
         plan->trial_in += states[i] == PLAN_UNIT_IN;
+    const uint64_t second = caps - plan->survey_units, left_out = second - plan->left_out_units;
+    for (uint64_t i = 0; i < plan->left_out_units; i++)
+        TRY(load_check_in(in, "left out", plan->left_out[i * WORK_LEFT_OUT_MOMENTS].n, states, count,
+                          left_out + i));
+    for (uint64_t i = 0; i < plan->survey_units; i++) {
+        TRY(load_check_in(in, "survey", plan_survey_in(plan, 0, i), states, count, plan->sketch_units + i));
+        TRY(load_check_in(in, "survey", plan_survey_in(plan, 1, i), states, count, second + i));
+    }
     plan->resume = 0;
     const uint64_t next =
         plan->has_candidates ? trials : plan->pilot_units; /* units in with which the phase ends */

@@ -31,6 +31,7 @@
 
 #include "plan/plan_budget.h"
 #include "plan/plan_rates.h"
+#include "plan/plan_missed.h"
 
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
 #define SPLIT_FIRST WORK_PAIRS_FIRST
@@ -194,7 +195,7 @@ void plan_split_shares(plan_t *plan)
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         plan_length_t *length = &plan->lengths[k];
         if (length->share > 0)
-            length->share = fmax(length->share, least * (sum + plan->lengths[0].share));
+            length->share = fmax(length->share, plan_least_share(plan, k, least) * (sum + plan->lengths[0].share));
         all += length->share;
     }
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)

@@ -59,9 +59,17 @@ struct plan {
     bool has_caps;
     double caps[PATH_MAX_LENGTH];  /* of length k in [k - 1], once those units are in; infinite: no chains */
     double rates[PATH_MAX_LENGTH]; /* how often samples go to length k, in [k - 1], likewise (chain/cutoff.h) */
-    double split_samples;   /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
-    uint64_t refine_handed; /* samples */
-    plan_length_t *lengths; /* [max_path_length + 1]; see plan_first */
+    double split_samples;     /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
+    uint32_t measurable;      /* the last length of which the pilot is sure that it carries light */
+    uint64_t refine_handed;   /* samples */
+    uint64_t survey_units;    /* of either round of the look for idle techniques; 0: all stay */
+    work_moments_t *survey;   /* [2][survey_units][work_samples_moment(K + 1)]; zero of those not in */
+    bool has_idle[2];         /* a round is over: */
+    target_idle_t *idle;      /* [K], proposed by the first, settled by the second */
+    double *idle_energy;      /* [K], the most that those of a length bring of its energy */
+    uint64_t left_out_units;  /* after the features, of jobs that leave out something; else 0 */
+    work_moments_t *left_out; /* [left_out_units][WORK_LEFT_OUT_MOMENTS]; zero of those that are not in */
+    plan_length_t *lengths;   /* [max_path_length + 1]; see plan_first */
     double b;              /* sum of the pilot's b_k (with split: of all light): the unit of the estimators' sums */
     double scale;          /* samples: film value of a contribution of 1; a power of two */
     uint64_t sample_unit;  /* samples a unit */

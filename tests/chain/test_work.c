@@ -52,6 +52,9 @@ static void records_come_back_as_they_were(void **state)
         assert_int_equal(back.count, record.count);
         assert_int_equal(back.mutations, record.mutations);
         assert_true(back.scale == record.scale);
+        assert_int_equal(back.idle_count, record.idle_count);
+        assert_true(record.idle_count == 0 ||
+                    memcmp(back.idle, record.idle, sizeof *back.idle * back.idle_count) == 0);
         if (work_runs_chains(kind))
             assert_memory_equal(back.seeds, record.seeds, 8 * record.count);
         else
@@ -124,6 +127,14 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = samples, r.scale = NAN, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.scale = INFINITY, r), FAULT_RANGE, "scale");
     refuse_record((r = chains, r.scale = 1, r), FAULT_RANGE, "scale");
+    target_idle_t idle[PATH_MAX_LENGTH + 1] = {{{1 << 1, 0}}, {{0, 0}}, {{1 << 3, 0}}};
+    refuse_record((r = pilot, r.idle = idle, r.idle_count = PATH_MAX_LENGTH + 1, r), FAULT_FORMAT, "idle");
+    refuse_record((r = chains, r.idle = idle, r.idle_count = 2, r), FAULT_FORMAT, "idle");
+    idle[1].words[0] = 1 << 3; /* of length 2 */
+    refuse_record((r = pilot, r.idle = idle, r.idle_count = 3, r), FAULT_RANGE, "idle");
+    idle[1].words[0] = 0;
+    idle[2].words[1] = 1;
+    refuse_record((r = samples, r.idle = idle, r.idle_count = 3, r), FAULT_RANGE, "idle");
     uint8_t *data;
     size_t size;
     fault_t fault = {0};
@@ -276,7 +287,7 @@ static void hostile_results_are_refused(void **state)
         refuse_result(kind, change_sum_infinite, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_negative, FAULT_RANGE, "moments");
         refuse_result(kind, change_sum2_nan, FAULT_RANGE, "moments");
-        if (kind == WORK_PILOT || kind == WORK_REFINE || kind == WORK_TRIAL)
+        if (kind == WORK_PILOT || kind == WORK_REFINE || kind == WORK_TRIAL || kind == WORK_LEFT_OUT)
             continue;
         refuse_result(kind, change_kind, FAULT_FORMAT, "kind");
         refuse_result(kind, change_film_size, FAULT_FORMAT, "film");
@@ -496,6 +507,10 @@ static void records_that_do_not_fit_the_scene_are_refused(void **state)
     refuse_run(&fixture, (r = pilot, r.kind = 0, r), "kind");
     refuse_run(&fixture, (r = pilot, r.kind = WORK_KINDS, r), "kind");
     refuse_run(&fixture, (r = chains, r.length = 0, r), "length 0");
+    target_idle_t idle[WORK_FIXTURE_LENGTH] = {{{0, 0}}};
+    refuse_run(&fixture, (r = pilot, r.idle = idle, r.idle_count = 2, r), "techniques of 2 lengths");
+    idle[0].words[0] = 15; /* all of length 3 */
+    refuse_run(&fixture, (r = chains, r.idle = idle, r.idle_count = 1, r), "without a technique for length 3");
     refuse_run(&fixture, (r = chains, r.length = WORK_FIXTURE_LENGTH + 1, r), "1 to 5");
     refuse_run(&fixture, (r = features, r.first = 24, r), "rows 24");
     refuse_run(&fixture, (r = features, r.first = 20, r), "rows 20 to 25");

@@ -54,9 +54,13 @@ void work_fixture_clear(work_fixture_t *fixture)
 
 work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind)
 {
+    static target_idle_t idle[WORK_FIXTURE_LENGTH] = {[4] = {{1 << 3, 0}}}; /* s = 3 of length 5 */
     switch (kind) {
-    case WORK_PILOT:
     case WORK_REFINE:
+        return (work_record_t){
+            .kind = kind, .first = 100, .count = 300, .idle_count = WORK_FIXTURE_LENGTH, .idle = idle};
+    case WORK_PILOT:
+    case WORK_LEFT_OUT:
         return (work_record_t){.kind = kind, .first = 100, .count = 300};
     case WORK_CHAINS:
     case WORK_TRIAL:

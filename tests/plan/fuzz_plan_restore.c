@@ -8,15 +8,15 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { SAVES = 8 };
+enum { SAVES = 12 };
 
 static small_scene_t small;
 static job_t jobs[SAVES];
 static uint8_t *saves[SAVES];
 static size_t save_sizes[SAVES];
 
-/* Chains, samples, chains of all lengths, chains with samples beside them, each in the middle of the pilot and of
- * the rendering; 4 x 3 pixels, lengths to 2. */
+/* Chains, samples, chains of all lengths, chains with samples beside them, a job that leaves out something, a
+ * survey of techniques, each in the middle of the pilot and of the rendering; 4 x 3 pixels, lengths to 2. */
 static void prepare(void)
 {
     static const char *const texts[SAVES / 2] = {
@@ -31,7 +31,13 @@ static void prepare(void)
         "'chains':{'pilot_samples':500}}",
         "{'scene':'x','algorithm':'auto','max_path_length':2,'film':{'width':4,'"
         "height':3},'stop':{'mutations_per_pixel':60},"
-        "'chains':{'pilot_samples':500}}"};
+        "'chains':{'pilot_samples':500}}",
+        "{'scene':'x','algorithm':'mmlt','max_path_length':3,'film':{'width':4,'"
+        "height':3},'stop':{'mutations_per_pixel':20},'effects':{'indirect':'off'},"
+        "'chains':{'pilot_samples':500}}",
+        "{'scene':'x','algorithm':'mmlt','max_path_length':2,'film':{'width':4,'"
+        "height':3},'stop':{'mutations_per_pixel':20},"
+        "'chains':{'pilot_samples':65536}}"};
     small_scene_diffuse(&small);
     for (int i = 0; i < SAVES; i++) {
         plan_worker_t worker;

@@ -1,5 +1,6 @@
 /* Effects: every scene of tests/scenes has those that its text says, made-up scenes have what was put in, and what
  * nothing refers to is not there. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,7 +12,7 @@
 
 #include "load.h"
 #include "plan/effects.h"
-#include "support/small_scenes.h"
+#include "plan/plan_fixture.h"
 
 static settings_t settings_of(settings_algorithm_t algorithm)
 {
@@ -169,12 +170,99 @@ static void switches_are_said_and_checked(void **state)
     small_scene_clear(&small);
 }
 
+static const json_t *entry_of(const json_t *report, const char *name)
+{
+    const json_t *at = json_first(json_get(report, "effects"));
+    while (at && strcmp(json_string(json_get(at, "name")), name) != 0)
+        at = json_next(at);
+    assert_non_null(at);
+    return at;
+}
+
+static double number_of(const json_t *object, const char *name)
+{
+    const json_t *value = json_get(object, name);
+    return value && json_is_number(value) ? json_number(value) : (double)NAN;
+}
+
+/* A report of the box, 24 x 24 pixels, lengths to 5; `header`, if not null, gets what the image says. */
+static json_t *report_with(const char *effects, char header[256])
+{
+    char text[512];
+    small_scene_t small;
+    plan_worker_t worker;
+    small_scene_box(&small, SMALL_LIGHT_AREA);
+    snprintf(
+        text, sizeof text,
+        "{'scene':'x','algorithm':'bdpt','max_path_length':5,'seed':'9','film':{'width':24,'height':24},'stop':"
+        "{'mutations_per_pixel':200},'effects':{%s}}",
+        effects);
+    const job_t job = plan_fixture_job(text);
+    plan_worker_make(&worker, &job, &small.scene);
+    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    plan_fixture_run(plan, &worker, 0);
+    json_t *report = plan_report(plan);
+    image_t image;
+    fault_t fault = {0};
+    assert_int_equal(plan_image(plan, &image, &fault), FAULT_NONE);
+    const char *said = image_attribute(&image, "garland.left_out");
+    snprintf(header, 256, "%s", said ? said : "");
+    image_clear(&image);
+    plan_destroy(&plan);
+    plan_worker_clear(&worker);
+    small_scene_clear(&small);
+    return report;
+}
+
+static double light_of(const json_t *report, double *variance)
+{
+    double light = 0, error = 0; /* of the same samples: errors add up at most */
+    for (const json_t *at = json_first(json_get(report, "lengths")); at; at = json_next(at)) {
+        light += number_of(json_get(at, "b"), "value");
+        error += number_of(json_get(at, "b"), "standard_error");
+    }
+    *variance = error * error;
+    return light;
+}
+
+/* Two renders differ by the energy that the report of one gives what it lacks, at 4.5 standard errors; two of them:
+ * 1.4e-5 of false alarm, were the sums normal. */
+static void reports_say_what_is_missing(void **state)
+{
+    (void)state;
+    char header[256];
+    double variance, less;
+    json_t *all = report_with("", header);
+    assert_null(json_get(all, "left_out"));
+    assert_int_equal(header[0], 0);
+    assert_true(isnan(number_of(entry_of(all, "caustics"), "energy")));
+    const double light = light_of(all, &variance);
+    static const char *const effects[] = {"caustics", "indirect"};
+    for (size_t i = 0; i < 2; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "'%s':'off'", effects[i]);
+        json_t *report = report_with(text, header);
+        const json_t *entry = entry_of(report, effects[i]);
+        assert_string_equal(json_string(json_get(entry, "state")), "forbidden");
+        const double energy = number_of(entry, "energy"), error = number_of(entry, "energy_error"),
+                     rest = light_of(report, &less), lacks = 1 - rest / light,
+                     ratio = rest / light * sqrt(variance / (light * light) + less / (rest * rest));
+        assert_true(energy > 0 && energy < 1 && error > 0);
+        if (!(fabs(energy - lacks) < 4.5 * hypot(error, ratio)))
+            fail_msg("%s: energy %g +- %g, but images differ by %g +- %g", effects[i], energy, error, lacks, ratio);
+        assert_true(number_of(json_get(report, "left_out"), "energy") == energy);
+        assert_true(strncmp(header, effects[i], strlen(effects[i])) == 0 && strstr(header, " +- "));
+        json_destroy(&report);
+    }
+    json_destroy(&all);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scenes_have_what_they_say),   cmocka_unit_test(lights_are_told_apart),
         cmocka_unit_test(what_nothing_refers_to_is_absent), cmocka_unit_test(moves_are_those_of_the_algorithm),
-        cmocka_unit_test(switches_are_said_and_checked),
+        cmocka_unit_test(switches_are_said_and_checked),    cmocka_unit_test(reports_say_what_is_missing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -17,16 +17,26 @@
 enum { MMLT, BDPT, PSSMLT, PT, ALGORITHMS };
 static const char *const algorithms[ALGORITHMS] = {"mmlt", "bdpt", "pssmlt", "pt"};
 
-/* Every algorithm, with an importance and without, and chains with samples beside them. */
+/* Every algorithm, with an importance and without, chains with samples beside them, and effects left out. */
 typedef struct course {
     const char *algorithm;
     double equalize, split;
     bool adapt;
+    const char *effects;
+    int pilot; /* 0: 20000 candidates; 65536 are enough for a survey of techniques */
 } course_t;
-static const course_t courses[] = {{"mmlt", 0, 0, false},  {"mmlt", 1, 0, false},     {"mmlt", 0, 20, false},
-                                   {"mmlt", 0.5, 3, true}, {"bdpt", 0, 0, false},     {"pssmlt", 0, 0, false},
-                                   {"pt", 0, 0, false},    {"pssmlt", 0.5, 0, false}, {"rjmlt", 1, 500, false},
-                                   {"rjmlt", 1, 20, true}, {"cmlt", 0, 0, true}};
+static const course_t courses[] = {{"mmlt", 0, 0, false, "", 0},
+                                   {"mmlt", 1, 0, false, "", 0},
+                                   {"mmlt", 0, 20, false, "", 0},
+                                   {"mmlt", 0.5, 3, true, "'caustics':'off'", 0},
+                                   {"bdpt", 0, 0, false, "", 0},
+                                   {"pssmlt", 0, 0, false, "", 0},
+                                   {"pt", 0, 0, false, "'emission':'off','indirect':'off'", 0},
+                                   {"pssmlt", 0.5, 0, false, "", 0},
+                                   {"rjmlt", 1, 500, false, "", 0},
+                                   {"rjmlt", 1, 20, true, "", 0},
+                                   {"cmlt", 0, 0, true, "", 0},
+                                   {"cmlt", 1, 3, true, "'emission':'off'", 65536}};
 enum { COURSES = sizeof courses / sizeof *courses };
 
 static uint64_t counter;
@@ -41,22 +51,24 @@ static job_t job_with(const course_t *course, const char *stop, const char *more
     char text[512];
     snprintf(text, sizeof text,
              "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'pilot_samples':"
-             "20000,'equalize':%g,'split':%g,'adapt':%s}%s}",
-             course->algorithm, stop, course->equalize, course->split, course->adapt ? "true" : "false", more);
+             "%d,'equalize':%g,'split':%g,'adapt':%s},'effects':{%s}%s}",
+             course->algorithm, stop, course->pilot ? course->pilot : 20000, course->equalize, course->split,
+             course->adapt ? "true" : "false", course->effects, more);
     return plan_fixture_job(text);
 }
 
 static job_t job_of(const char *algorithm, const char *stop, const char *more)
 {
-    return job_with(&(course_t){algorithm, 0, 0, false}, stop, more);
+    return job_with(&(course_t){algorithm, 0, 0, false, "", 0}, stop, more);
 }
 
 /* ---- order, repetition, restarts ---- */
 
 static json_t *report_copy(const json_t *length)
 {
-    static const char *const names[] = {"length", "b",     "techniques",        "share",       "mutations",
-                                        "chains", "moves", "zero_contribution", "longest_stay"};
+    static const char *const names[] = {"length",      "b",         "techniques", "idle",  "idle_energy",
+                                        "share",       "mutations", "chains",     "moves", "zero_contribution",
+                                        "longest_stay"};
     json_t *object = json_new_object();
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (json_get(length, names[i]))
@@ -77,6 +89,9 @@ static char *report_text(const plan_t *plan)
         json_add(kept, "chains", report_copy(json_get(report, "chains")));
     if (json_get(report, "stratification"))
         json_add(kept, "stratification", json_copy(json_get(report, "stratification")));
+    json_add(kept, "effects", json_copy(json_get(report, "effects")));
+    if (json_get(report, "left_out"))
+        json_add(kept, "left_out", json_copy(json_get(report, "left_out")));
     json_add(kept, "error", json_copy(json_get(report, "error")));
     json_add(kept, "rejected", json_copy(json_get(report, "rejected")));
     json_add(kept, "job", json_copy(json_get(report, "job")));
