@@ -134,6 +134,7 @@ static const peer_scene_t scenes[] = {
     {.name = "normals", .width = PEER_OWN_SIDE, .height = PEER_OWN_SIDE, .max_path_length = 6},
     {.name = "tiny-light", .width = PEER_OWN_SIDE, .height = PEER_OWN_SIDE, .max_path_length = 6},
     {.name = "sky", .width = PEER_OWN_SIDE, .height = PEER_OWN_SIDE, .max_path_length = 6},
+    {.name = "courtyard", .width = PEER_OWN_SIDE, .height = PEER_OWN_SIDE, .max_path_length = 8},
     {.name = "caustics", .width = PEER_OWN_SIDE, .height = 3 * PEER_OWN_SIDE / 4, .max_path_length = 10},
     {.name = "furnace", .width = PEER_OWN_SIDE, .height = PEER_OWN_SIDE, .max_path_length = 12},
 };
