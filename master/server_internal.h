@@ -15,8 +15,8 @@ struct server {
     job_table_t *jobs;
     peers_t *peers;
     transport_t *transport;
-    int wake_fd; /* eventfd: a job's thread has ended, or server_stop */
-    atomic_bool stop; /* lock-free: set by signal handlers and other threads */
+    int wake_fd;                    /* eventfd: a job's thread has ended, or server_stop */
+    atomic_bool stop;               /* lock-free: set by signal handlers and other threads */
     double began, heartbeat, lease; /* seconds */
     double next_care, next_progress;
     size_t turn;    /* of workers */

@@ -226,8 +226,8 @@ fault_code_t geometry_place(const geometry_t *geometry, const transform_t *to_wo
     return code;
 }
 
-/* Whether every vertex normal is its triangles' own, to an angle of 1e-5 (single precision and six printed digits make that
- * much): then they say nothing, and shading need not interpolate them. */
+/* Whether every vertex normal is its triangles' own, to an angle of 1e-5 (single precision and six printed digits
+ * make that much): then they say nothing, and shading need not interpolate them. */
 static bool normals_are_flat(const placed_t *placed)
 {
     const double least = 1 - 0.5e-10;

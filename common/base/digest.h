@@ -15,6 +15,6 @@ typedef struct digest {
 void digest_of(digest_t *out, const void *data, size_t size);
 bool digest_equal(const digest_t *a, const digest_t *b);
 void digest_print(const digest_t *digest, char text[DIGEST_TEXT_SIZE]); /* lower-case hexadecimal */
-bool digest_parse(digest_t *out, const char *text);                    /* exactly 64 hexadecimal digits */
+bool digest_parse(digest_t *out, const char *text);                     /* exactly 64 hexadecimal digits */
 
 #endif

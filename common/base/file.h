@@ -8,8 +8,9 @@
 
 #include "base/fault.h"
 
-/* Reads a regular file of at most `limit` bytes. *data has one zero byte past its end and is the caller's to free();
- * an empty file gives a one-byte allocation. Faults: FAULT_NOT_FOUND, FAULT_IO, FAULT_LIMIT, FAULT_MEMORY. */
+/* Reads a regular file of at most `limit` bytes. *data has one zero byte past its end and is the caller's to
+ * free(); an empty file gives a one-byte allocation. Faults: FAULT_NOT_FOUND, FAULT_IO, FAULT_LIMIT, FAULT_MEMORY.
+ */
 fault_code_t file_read(const char *path, size_t limit, uint8_t **data, size_t *size, fault_t *fault);
 
 /* Writes beside the target (same folder), syncs, renames over it. On failure nothing is left behind. */

@@ -23,7 +23,6 @@ void settings_auto(settings_t *settings)
     settings->partial_step = 0.5;
     settings->equalize = 1;
     settings->split = 20;
-    settings->adapt = true;
 }
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)

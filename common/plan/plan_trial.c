@@ -8,8 +8,9 @@
  * is its rays. The shares go by b_k sqrt(q_k / d_k).
  *
  * Lengths with much work are tried with other steps too, from the same seeds and with the same random numbers,
- * which take the place of the usual ones if their q d is clearly less. Few chains see little of rare stays: each q
- * is drawn to that of all lengths by the weight of a few chains.
+ * which take the place of the usual ones if their q d is clearly less. Chains are as long as the render's, as
+ * shorter ones would tell of something else; a job that has no room for them has no trials. Few chains see little
+ * of rare stays: each q is drawn to that of all lengths by the weight of a few chains.
  */
 #include "plan/plan_trial.h"
 
@@ -23,10 +24,10 @@
 enum {
     TRIAL_PARTS = 16,      /* one part in so many of the work */
     TRIAL_LEAST = 4,       /* chains of a length */
+    TRIAL_CHOICE = 8,      /* chains from which on steps are compared */
     TRIAL_MOST = 32,       /* likewise */
-    TRIAL_SHORTEST = 1024, /* mutations of a chain: else there are no trials */
     TRIAL_USUAL = 1 << 26, /* mutations of a render whose rule does not say how many */
-    TRIAL_PRIOR = 2,       /* chains that the mean of all lengths counts as */
+    TRIAL_PRIOR = 4,       /* chains that the mean of all lengths counts as */
 };
 static const double TRIAL_MATTERS = 0.1; /* share of the chains' work from which a length's steps are tried */
 static const double TRIAL_CLEARLY = 0.75;
@@ -63,19 +64,20 @@ static void trial_size(plan_t *plan)
         chains += plan->lengths[k].share;
         active += plan->lengths[k].share > 0;
     }
-    const double least = TRIAL_LEAST * (double)(active * trial_together(plan)),
-                 work = trial_work(plan) * fmin(1.0 / TRIAL_PARTS, 0.5 * chains),
-                 usual = (double)plan_chain_length(plan), mutations = fmin(usual, floor(work / least));
-    if (active == 0 || !(mutations >= TRIAL_SHORTEST))
+    const double together = trial_together(plan), mutations = (double)plan_chain_length(plan),
+                 work = trial_work(plan) * fmin(1.0 / TRIAL_PARTS, 0.25 * chains),
+                 spare = work / (mutations * together) - TRIAL_LEAST * (double)active;
+    if (active == 0 || spare < 0)
         return;
-    plan->trial_mutations = (uint64_t)mutations;
-    const double spare = fmax(0, work / mutations / trial_together(plan) - TRIAL_LEAST * active) / TRIAL_OPTIONS;
+    plan->trial_mutations = plan_chain_length(plan);
     for (uint32_t k = 1; k <= K; k++) {
         plan_length_t *length = &plan->lengths[k];
         const double part = length->share / chains;
-        length->trials = length->share > 0 ? (uint32_t)fmin(TRIAL_LEAST + floor(spare * part), TRIAL_MOST) : 0;
-        length->trial_options = part >= TRIAL_MATTERS ? TRIAL_OPTIONS : 1;
-        plan->trial_units += length->share > 0 ? length->trial_options : 0;
+        if (!(length->share > 0))
+            continue;
+        length->trials = (uint32_t)fmin(TRIAL_LEAST + floor(spare * part / TRIAL_OPTIONS), TRIAL_MOST);
+        length->trial_options = part >= TRIAL_MATTERS && length->trials >= TRIAL_CHOICE ? TRIAL_OPTIONS : 1;
+        plan->trial_units += length->trial_options;
     }
 }
 

@@ -6,8 +6,8 @@
  *     const scene_t scene = scene_builder_view(builder);
  *     TRY(scene_check(&scene, fault));
  *
- * Every add copies its arguments, refuses to grow past the limits of scene.h (FAULT_LIMIT) and reports FAULT_MEMORY; it
- * checks nothing else (scene_check does). One thread at a time.
+ * Every add copies its arguments, refuses to grow past the limits of scene.h (FAULT_LIMIT) and reports
+ * FAULT_MEMORY; it checks nothing else (scene_check does). One thread at a time.
  */
 #ifndef SCENE_BUILDER_H
 #define SCENE_BUILDER_H
@@ -20,8 +20,8 @@ scene_builder_t *scene_builder_new(void); /* null when out of memory */
 void scene_builder_destroy(scene_builder_t **builder);
 
 /* A mesh in world space. positions: 3 floats a vertex; normals, uvs: 3 and 2 floats a vertex or null; indices: 3 a
- * triangle, relative. `shape` gives flags FLIP, material, area_light and alpha; its kind, ranges and the other flags are
- * filled in. */
+ * triangle, relative. `shape` gives flags FLIP, material, area_light and alpha; its kind, ranges and the other
+ * flags are filled in. */
 fault_code_t scene_builder_add_mesh(scene_builder_t *builder, const scene_shape_t *shape, const float *positions,
                                     const float *normals, const float *uvs, uint64_t vertices,
                                     const uint32_t *indices, uint64_t triangles, uint32_t *index, fault_t *fault);

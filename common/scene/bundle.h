@@ -1,10 +1,10 @@
 /* bundle.h: a scene in one file: validated, versioned, named by the hash of its content.
  *
- * Layout (little endian; docs/bundle.md has the table): a header of fixed size with magic, format version, total size, number
- * of sections; a table of sections (id, record size, offset, count); the sections, each aligned to 64 bytes, holding
- * the arrays of scene.h as they are in memory; last 32 bytes: BLAKE2b-256 of all before. Opening maps the file
- * read-only, checks the hash, the header, the table and then everything in it (scene_check): a bundle cut short or
- * with any bit flipped is refused with what is wrong.
+ * Layout (little endian; docs/bundle.md has the table): a header of fixed size with magic, format version, total
+ * size, number of sections; a table of sections (id, record size, offset, count); the sections, each aligned to 64
+ * bytes, holding the arrays of scene.h as they are in memory; last 32 bytes: BLAKE2b-256 of all before. Opening
+ * maps the file read-only, checks the hash, the header, the table and then everything in it (scene_check): a bundle
+ * cut short or with any bit flipped is refused with what is wrong.
  *
  * The bundle's digest, by which master and workers name it, is the hash in its last 32 bytes.
  */

@@ -4,10 +4,10 @@
  * The square's edges fold onto themselves (a point at y on the left or right edge is the one at 1 - y), and the
  * filter follows: a texel beyond an edge is the one it folds to, so radiance is continuous over the whole sphere.
  *
- * The table's weight of a cell is the luminance's integral over it, exact for the bilinear function: of the 3x3 texels
- * around, with (1/8, 3/4, 1/8) along each axis. It is positive wherever radiance is. An image of more than
- * ENVIRONMENT_MAX_TABLE texels a side has a table of that many cells; each holds its texels' integrals in proportion to
- * the area they share with it.
+ * The table's weight of a cell is the luminance's integral over it, exact for the bilinear function: of the 3x3
+ * texels around, with (1/8, 3/4, 1/8) along each axis. It is positive wherever radiance is. An image of more than
+ * ENVIRONMENT_MAX_TABLE texels a side has a table of that many cells; each holds its texels' integrals in
+ * proportion to the area they share with it.
  */
 #ifndef SCENE_ENVIRONMENT_H
 #define SCENE_ENVIRONMENT_H

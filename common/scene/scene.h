@@ -1,11 +1,11 @@
-/* scene.h: a scene as data. Flat arrays of plain records, indices instead of pointers: what a bundle holds is what the
- * renderer reads, mapped into memory as it is.
+/* scene.h: a scene as data. Flat arrays of plain records, indices instead of pointers: what a bundle holds is what
+ * the renderer reads, mapped into memory as it is.
  *
  * A scene_t is a view: it owns nothing. Its arrays belong to a scene_builder_t (made by a reader) or to a bundle_t
  * (opened from a file). Immutable while anyone renders it; any number of threads may read it.
  *
- * Conventions: world space, right- or left-handed as the reader left it; metres or any unit; angles in radians; linear
- * RGB (Rec. 709); positions are single precision (what Embree sees is what the double-precision hit uses).
+ * Conventions: world space, right- or left-handed as the reader left it; metres or any unit; angles in radians;
+ * linear RGB (Rec. 709); positions are single precision (what Embree sees is what the double-precision hit uses).
  * Every index is checked by scene_check before anything else reads the scene.
  */
 #ifndef SCENE_SCENE_H
@@ -50,10 +50,10 @@ typedef struct scene_param {
 } scene_param_t;
 
 typedef struct scene_texture {
-    uint32_t kind; /* scene_texture_kind_t */
-    uint32_t wrap; /* scene_wrap_t, images */
-    int32_t image; /* index into images, or SCENE_NONE */
-    int32_t alpha_channel; /* 1: the scalar value is the image's fourth channel */
+    uint32_t kind;                              /* scene_texture_kind_t */
+    uint32_t wrap;                              /* scene_wrap_t, images */
+    int32_t image;                              /* index into images, or SCENE_NONE */
+    int32_t alpha_channel;                      /* 1: the scalar value is the image's fourth channel */
     float scale_u, scale_v, offset_u, offset_v; /* texture (u,v) = (scale_u u + offset_u, scale_v v + offset_v) */
     float value[3];
     uint32_t invert;
@@ -70,23 +70,23 @@ typedef enum scene_material_kind {
     SCENE_MATERIAL_DIELECTRIC = 4,
     SCENE_MATERIAL_THIN_DIELECTRIC = 5,
     SCENE_MATERIAL_DIFFUSE_TRANSMISSION = 6,
-    SCENE_MATERIAL_MIX = 7,      /* of the two materials `first`, `second`: share `mix` of the second */
+    SCENE_MATERIAL_MIX = 7,       /* of the two materials `first`, `second`: share `mix` of the second */
     SCENE_MATERIAL_INTERFACE = 8, /* not there for light */
     SCENE_MATERIAL_KINDS
 } scene_material_kind_t;
 
 typedef struct scene_material {
-    uint32_t kind;              /* scene_material_kind_t */
-    uint32_t remap_roughness;   /* 1: textured roughness values go through alpha = sqrt(roughness); constants are
-                                   remapped by the reader, whose roughness here is alpha */
-    scene_param_t reflectance;  /* diffuse parts; in [0,1] */
+    uint32_t kind;               /* scene_material_kind_t */
+    uint32_t remap_roughness;    /* 1: textured roughness values go through alpha = sqrt(roughness); constants are
+                                    remapped by the reader, whose roughness here is alpha */
+    scene_param_t reflectance;   /* diffuse parts; in [0,1] */
     scene_param_t transmittance; /* diffuse transmission */
     scene_param_t alpha_u, alpha_v; /* GGX alpha along and across the tangent; below SCENE_ALPHA_SMOOTH: specular */
-    float eta[3], k[3];         /* conductor: complex index per channel; dielectric: eta[0], interior over exterior */
-    float coat_eta;             /* coated materials: index of the coat */
+    float eta[3], k[3]; /* conductor: complex index per channel; dielectric: eta[0], interior over exterior */
+    float coat_eta;     /* coated materials: index of the coat */
     scene_param_t coat_alpha_u, coat_alpha_v;
     scene_param_t mix;
-    int32_t first, second;      /* materials of a mix, less than this one's own index; else SCENE_NONE */
+    int32_t first, second; /* materials of a mix, less than this one's own index; else SCENE_NONE */
 } scene_material_t;
 
 /* GGX alpha below which a lobe is a perfect mirror: pbrt's threshold for "effectively smooth". */
@@ -117,7 +117,7 @@ typedef struct scene_shape {
     uint32_t first_vertex, vertices, first_triangle, triangles;
     /* sphere and disk */
     float centre[3], radius;
-    float normal[3], pad0; /* disk: unit normal; sphere: unit axis of its (u,v), pbrt's z axis */
+    float normal[3], pad0;  /* disk: unit normal; sphere: unit axis of its (u,v), pbrt's z axis */
     float tangent[3], pad1; /* unit, where u = 0 */
 } scene_shape_t;
 
@@ -139,7 +139,7 @@ typedef struct scene_light {
     int32_t image;     /* infinite: equal-area octahedral map (Clarberg 2008, as pbrt-v4), square, or SCENE_NONE */
     float position[3], cos_start;
     float direction[3], cos_end; /* unit; of travel, in world space */
-    float to_light[9]; /* infinite: rows of the rotation world -> light */
+    float to_light[9];           /* infinite: rows of the rotation world -> light */
     uint32_t pad[3];
 } scene_light_t;
 
@@ -153,10 +153,11 @@ typedef enum scene_filter {
 } scene_filter_t;
 
 /* Perspective camera: raster (x,y) in [0,width) x [0,height), y downwards, looks along +z in camera space through
- * the point ((x/width) (x1-x0) + x0, y1 - (y/height) (y1-y0), 1) * with the screen window in units of tan(angle). */
+ * the point ((x/width) (x1-x0) + x0, y1 - (y/height) (y1-y0), 1) * with the screen window in units of tan(angle).
+ */
 typedef struct scene_camera {
-    double to_world[12]; /* rows of the 3x4 matrix camera -> world; may scale or mirror */
-    double screen[4];    /* x0, x1, y0, y1 at distance 1: tan(fov/2) included */
+    double to_world[12];                /* rows of the 3x4 matrix camera -> world; may scale or mirror */
+    double screen[4];                   /* x0, x1, y0, y1 at distance 1: tan(fov/2) included */
     double lens_radius, focal_distance; /* camera units; radius 0: pinhole */
     uint32_t width, height;             /* of the full film, pixels */
     uint32_t crop[4];                   /* x0, x1, y0, y1: pixels that are rendered, half open */
@@ -167,9 +168,9 @@ typedef struct scene_camera {
 } scene_camera_t;
 
 typedef struct scene {
-    const float *positions; /* 3 floats a vertex */
-    const float *normals;   /* 3 floats a vertex where the shape has normals; others zero. Null if no shape has. */
-    const float *uvs;       /* 2 floats a vertex, likewise */
+    const float *positions;  /* 3 floats a vertex */
+    const float *normals;    /* 3 floats a vertex where the shape has normals; others zero. Null if no shape has. */
+    const float *uvs;        /* 2 floats a vertex, likewise */
     const uint32_t *indices; /* 3 a triangle */
     const scene_shape_t *shapes;
     const scene_material_t *materials;

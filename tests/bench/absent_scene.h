@@ -9,9 +9,9 @@
  * Unused: materials of all kinds, textures and an area light that no shape has; point, spot and distant lights
  * without power. Not to be paid for, and the image is the same to the bit.
  *
- * Forced: every parameter of every material has a texture, which is 1, and every shape that does not radiate an opacity
- * to be looked up, which is 1: what a renderer does that does not look at what a scene calls for. The image is the
- * same but for noise: where (u,v) are looked up, tangents are those of the surface. */
+ * Forced: every parameter of every material has a texture, which is 1, and every shape that does not radiate an
+ * opacity to be looked up, which is 1: what a renderer does that does not look at what a scene calls for. The image
+ * is the same but for noise: where (u,v) are looked up, tangents are those of the surface. */
 #ifndef TESTS_BENCH_ABSENT_SCENE_H
 #define TESTS_BENCH_ABSENT_SCENE_H
 

@@ -2,9 +2,9 @@
  *
  *     target [--inputs N] [SEED FILE OR FOLDER]...
  *
- * Inputs are the seeds themselves, every seed cut short at a few places, and mutations of them (bits flipped, bytes set to
- * extremes, blocks copied, removed or swapped) from a fixed random seed: the same inputs on every machine. The coverage-guided search
- * is the fuzz preset's business.
+ * Inputs are the seeds themselves, every seed cut short at a few places, and mutations of them (bits flipped, bytes
+ * set to extremes, blocks copied, removed or swapped) from a fixed random seed: the same inputs on every machine.
+ * The coverage-guided search is the fuzz preset's business.
  */
 #include <dirent.h>
 #include <stdint.h>

@@ -192,7 +192,8 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','algorithm':'pssmlt','chains':{'split':5}}", FAULT_UNSUPPORTED, "chains.split", "pssmlt");
     refuse("{'scene':'x','algorithm':'mmlt','chains':{'adapt':true,'failures':'published'}}", FAULT_UNSUPPORTED,
            "chains.adapt", "published");
-    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'adapt':true}}", FAULT_UNSUPPORTED, "chains.adapt", "pssmlt");
+    refuse("{'scene':'x','algorithm':'pssmlt','chains':{'adapt':true}}", FAULT_UNSUPPORTED, "chains.adapt",
+           "pssmlt");
     refuse("{'scene':'x','algorithm':'mmlt','chains':{'adapt':1}}", FAULT_TYPE, "chains.adapt", "true or false");
     refuse("{'scene':'x','chains':{'split':-1}}", FAULT_RANGE, "chains.split", "1000000");
     refuse("{'scene':'x','chains':{'equalize':1.5}}", FAULT_RANGE, "chains.equalize", "1");

@@ -13,7 +13,8 @@ int main(int argc, char **argv)
         fault_t fault = {0};
         digest_t parts[3], all;
         char text[DIGEST_TEXT_SIZE];
-        if (exr_read(&image, argv[i], &fault) != FAULT_NONE || image_find_rgb(&image, planes, &fault) != FAULT_NONE) {
+        if (exr_read(&image, argv[i], &fault) != FAULT_NONE ||
+            image_find_rgb(&image, planes, &fault) != FAULT_NONE) {
             fprintf(stderr, "%s\n", fault.text);
             return EXIT_FAILURE;
         }

@@ -30,16 +30,20 @@ static const char furnace[] = HEAD(
     "LookAt 0.1 0.2 0.95  0 0 0  0 1 0\n") "Camera \"perspective\" \"float fov\" [ 70 ]\nWorldBegin\n"
                                            "AttributeBegin\n"
                                            "Material \"diffuse\" \"rgb reflectance\" [ 0.8 0.8 0.8 "
-                                           "]\nAreaLightSource \"diffuse\" \"rgb L\" [ 1 1 1 ]\n" QUAD("-1 -1 -1  "
-                                                                                                       "-1 -1 1  1 "
-                                                                                                       "-1 1  1 -1 "
-                                                                                                       "-1") QUAD(
-                                               "-1 1 -1  1 1 -1  1 1 1  "
-                                               "-1 1 1") QUAD("-1 -1 -1 "
-                                                              " 1 -1 -1 "
-                                                              " 1 1 -1  "
-                                                              "-1 1 -1") QUAD("-1 -1 1  -1 1 1  1 1 1  1 -1 1") QUAD("-1 -1 -1  -1 1 -1  -1 "
-                                                                                                                     "1 1  -1 -1 1")
+                                           "]\nAreaLightSource \"diffuse\" \"rgb L\" [ 1 1 1 ]\n" QUAD(
+                                               "-1 -1 -1  "
+                                               "-1 -1 1  1 "
+                                               "-1 1  1 -1 "
+                                               "-1") QUAD("-1 1 -1  1 1 -1  1 1 1  "
+                                                          "-1 1 1") QUAD("-1 -1 -1 "
+                                                                         " 1 -1 -1 "
+                                                                         " 1 1 -1  "
+                                                                         "-1 1 -1") QUAD("-1 -1 1  -1 1 1  1 1 1  "
+                                                                                         "1 -1 1") QUAD("-1 -1 -1  "
+                                                                                                        "-1 1 -1  "
+                                                                                                        "-1 "
+                                                                                                        "1 1  -1 "
+                                                                                                        "-1 1")
                                                QUAD(
                                                    "1 -1 -1  1 -1 1  1 1 1  1 1 -1") "AttributeEnd\n"
                                                                                      "Material \"dielectric\" "
@@ -126,8 +130,9 @@ static const char furnace[] = HEAD(
                                                                                                                 " 0"
                                                                                                                 ".4"
                                                                                                                 " ]"
-                                                                                                                "\n" SPHERE("0.4 -0.5 -0.4",
-                                                                                                                            "0.3");
+                                                                                                                "\n" SPHERE(
+                                                                                                                    "0.4 -0.5 -0.4",
+                                                                                                                    "0.3");
 
 static const char skies[] = HEAD(
     "LookAt 0 1.2 4.5  0 0.4 0  0 1 0\n") "Camera \"perspective\" \"float fov\" [ 38 ] \"float lensradius\" [ 0.05 "
