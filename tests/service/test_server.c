@@ -569,7 +569,7 @@ static void a_failing_job_disturbs_no_other(void **state)
 static void two_jobs_get_equal_shares(void **state)
 {
     (void)state;
-    enum { SLOTS = 6, LONG = 10000 }; /* so long that the pilot alone has more units */
+    enum { SLOTS = 6, LONG = 60000 }; /* so long that the first part of the pilot alone has more units */
     player_t worker;
     int share[2] = {0};
     link_t *link = open_link();
