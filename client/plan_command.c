@@ -74,13 +74,12 @@ static bool read_targets(target_t targets[TARGETS], const json_t *report, double
     return fitted;
 }
 
-/* Why this algorithm. A job that says "auto" is one whose moves are those that "auto" stands for. */
-static void print_reason(const settings_t *s, const json_t *report)
+/* Why this algorithm. */
+static void print_reason(const job_t *job, const json_t *report)
 {
-    settings_t usual = *s;
-    settings_auto(&usual);
-    if (s->algorithm != usual.algorithm || s->partial_step != usual.partial_step || s->equalize != usual.equalize ||
-        s->split != usual.split) {
+    if (!job->automatic) {
+        settings_t usual = job->settings;
+        settings_auto(&usual);
         printf("  as the job says; \"auto\" would be %s, with samples beside its chains and for relative error\n",
                settings_algorithm_name(usual.algorithm));
         return;
@@ -201,11 +200,11 @@ static void print_cost(const json_t *report, int workers, int wanted)
             "work\n  is left out.\n");
 }
 
-static void print_plan(const settings_t *settings, const json_t *report, int workers, int wanted)
+static void print_plan(const job_t *job, const json_t *report, int workers, int wanted)
 {
     printf("Algorithm: %s, %.0f x %.0f pixels, paths of at most %.0f segments\n", text_of(report, "algorithm"),
            number_of(report, "width"), number_of(report, "height"), number_of(report, "max_path_length"));
-    print_reason(settings, report);
+    print_reason(job, report);
     print_effects(report);
     print_techniques(report);
     print_lengths(report);
@@ -248,7 +247,7 @@ static int run_plan(local_run_t *run, int wanted, bool json, bool quiet)
     if (text)
         puts(text);
     else if (!json)
-        print_plan(&run->file.job.settings, report, run->workers, wanted);
+        print_plan(&run->file.job, report, run->workers, wanted);
     free(text);
     json_destroy(&report);
     return STATUS_SUCCESS;

@@ -136,7 +136,7 @@ fault_code_t unit_run_chains(work_space_t *space, const work_record_t *record, c
                              unit_done_t done, void *context, work_result_t *result, fault_t *fault)
 {
     const settings_t *settings = &space->renderer->settings;
-    const uint32_t together = unit_together(settings);
+    const uint32_t together = work_together(settings->algorithm);
     ensemble_t ensemble;
     TRY(unit_film(space, fault));
     ensemble_open(&ensemble, space, record, result);

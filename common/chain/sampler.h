@@ -25,7 +25,7 @@ typedef struct sampler {
     double *totals;          /* [K + 1]: scalar target of this sample by length; set, not added to */
     work_moments_t *moments; /* added to if not null */
     double *by_class;        /* [K + 1][PATH_CLASS_SETS]: if not null, scalar target by length and set of the path's
-                                classes        (connect.h), added to */
+                                classes (connect.h), added to */
     double *by_technique;    /* [K + 1]: C_s of length `only`, if that is not 0 */
     importance_t importance; /* in totals, moments and by_technique; not in film, splats, blocks, by_class */
     const double *caps; /* [K], of length k in [k - 1], or null. With them totals, moments and by_technique are of

@@ -50,12 +50,11 @@ typedef enum settings_effect {
 
 typedef struct settings {
     settings_algorithm_t algorithm;
-    uint32_t width, height;   /* pixels; 0: the scene's */
-    int32_t filter;           /* scene_filter_t, or -1: the scene's */
-    double filter_radius;     /* pixels; 0: the filter's usual one (box 0.5, triangle 1, gaussian 1.5) */
-    uint32_t max_path_length; /* segments, 1 .. PATH_MAX_LENGTH; 0: the scene's, or 12 */
-    uint32_t
-        whole_path_length; /* what max_path_length were if indirect light were not left out; filled in with it */
+    uint32_t width, height;     /* pixels; 0: the scene's */
+    int32_t filter;             /* scene_filter_t, or -1: the scene's */
+    double filter_radius;       /* pixels; 0: the filter's usual one (box 0.5, triangle 1, gaussian 1.5) */
+    uint32_t max_path_length;   /* segments, 1 .. PATH_MAX_LENGTH; 0: the scene's, or 12 */
+    uint32_t whole_path_length; /* the same if indirect light were not left out; filled in with it */
     uint64_t seed;
     settings_target_t target;
     settings_kernel_t kernel;
@@ -68,7 +67,7 @@ typedef struct settings {
     double split; /* with it samples bring what they sample well, chains the rest (split.h): the mutations that
                      chains are taken to need for what one independent draw would do; 0: chains bring all */
     bool adapt;   /* the chains of each length are tried out first: what they make of a mutation decides the shares,
-                     and   which of a few steps they take the render (plan/plan_trial.c) */
+                     and which of a few steps they take the render (plan/plan_trial.c) */
     double auxiliary_step; /* probability of a step of the visibility chain, with an exchange; 0: there is none */
     double step_min, step_max;         /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
     uint64_t chain_length;             /* mutations a chain makes; 0: chosen by the plan */

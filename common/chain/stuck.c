@@ -17,17 +17,10 @@ bool stuck_is(uint64_t stay, uint64_t accepted, uint64_t steps)
     return chance < STUCK_CHANCE;
 }
 
-/* As much as there is room for. */
-static void stuck_sum_light(stuck_t *stuck, uint64_t light)
-{
-    if (__builtin_add_overflow(stuck->light, light, &stuck->light))
-        stuck->light = UINT64_MAX;
-}
-
 void stuck_add_light(stuck_t *stuck, double light)
 {
     const double scaled = light * STUCK_LIGHT_ONE;
-    stuck_sum_light(stuck, scaled < 0x1p63 ? (uint64_t)(scaled + 0.5) : UINT64_MAX);
+    stuck->light = stuck_sum_light(stuck->light, scaled < 0x1p63 ? (uint64_t)(scaled + 0.5) : UINT64_MAX);
 }
 
 /* ---- paths ---- */
@@ -108,7 +101,7 @@ void stuck_add(stuck_t *to, const stuck_t *from)
 {
     to->stays += from->stays;
     to->rejections += from->rejections;
-    stuck_sum_light(to, from->light);
+    to->light = stuck_sum_light(to->light, from->light);
     for (uint32_t i = 0; i < from->count; i++)
         stuck_keep(to, &from->paths[i]);
 }

@@ -86,6 +86,12 @@ static inline bool stuck_end_stay(stuck_t *stuck, uint64_t stay, bool accepted)
     return false;
 }
 
+/* Light added up, as much as there is room for. */
+static inline uint64_t stuck_sum_light(uint64_t a, uint64_t b)
+{
+    return a < UINT64_MAX - b ? a + b : UINT64_MAX;
+}
+
 /* What the state of a stuck stay has added to the film, as luminance there. */
 void stuck_add_light(stuck_t *stuck, double light);
 

@@ -59,10 +59,6 @@ fault_code_t unit_trial(work_space_t *space, const work_record_t *record, const 
 typedef void (*unit_done_t)(void *context);
 fault_code_t unit_run_chains(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                              unit_done_t done, void *context, work_result_t *result, fault_t *fault);
-static inline uint32_t unit_together(const settings_t *settings)
-{
-    return settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
-}
 
 fault_code_t unit_refine(work_space_t *space, const work_record_t *record, const atomic_bool *cancel,
                          work_result_t *result, fault_t *fault);

@@ -102,8 +102,7 @@ static fault_code_t work_rooms_new(work_space_t *space, fault_t *fault)
     const settings_t *settings = &space->renderer->settings;
     if (!settings_is_chains(settings->algorithm))
         return FAULT_NONE;
-    const uint32_t count =
-        (settings->algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1) + (settings->auxiliary_step > 0);
+    const uint32_t count = work_together(settings->algorithm) + (settings->auxiliary_step > 0);
     space->rooms = calloc(count, sizeof *space->rooms);
     for (uint32_t i = 0; space->rooms && i < count; i++) {
         space->rooms[i].kept = path_space_new();
@@ -203,9 +202,9 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
         return fault_set(fault, FAULT_RANGE, "a unit with importance, for a job without");
     if (work_runs_chains(record->kind) && settings->equalize > 0 && !record->importance)
         return fault_set(fault, FAULT_RANGE, "a unit of chains without importance, for a job with it");
-    if (record->kind == WORK_TRIAL && (all || record->count < 2 * unit_together(settings)))
+    if (record->kind == WORK_TRIAL && (all || record->count < 2 * work_together(settings->algorithm)))
         return fault_set(fault, FAULT_RANGE, "a trial of %llu chains, expected %u or more of one length",
-                         (unsigned long long)record->count, 2 * unit_together(settings));
+                         (unsigned long long)record->count, 2 * work_together(settings->algorithm));
     if (record->kind == WORK_FEATURES &&
         (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",

@@ -14,6 +14,7 @@
 #ifndef CHAIN_WORK_H
 #define CHAIN_WORK_H
 
+#include <math.h>
 #include <stdatomic.h>
 #include <stddef.h>
 
@@ -54,9 +55,9 @@ enum {
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
     WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
-    WORK_STEPS = 16,
-    WORK_REPLICAS = 8,    /* cmlt-rex: chains that exchange */
-    WORK_FAILED_SIDE = 8, /* blocks along the image's sides in which failures are counted */
+    WORK_STEPS = 16,           /* the most that steps are scaled by, as a power of two */
+    WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
+    WORK_FAILED_SIDE = 8,      /* blocks along the image's sides in which failures are counted */
     WORK_FAILED_BLOCKS = WORK_FAILED_SIDE * WORK_FAILED_SIDE,
     WORK_BLOCKS_SIDE = IMPORTANCE_SIDE, /* blocks in which the pilot adds up its light */
     WORK_BLOCKS = IMPORTANCE_BLOCKS,
@@ -100,6 +101,24 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
 typedef struct work_moments {
     double n, sum, sum2;
 } work_moments_t;
+
+/* What any such sums are, of numbers that are not negative. */
+static inline bool work_moments_are_sound(const work_moments_t *m)
+{
+    return m->n >= 0 && m->sum >= 0 && m->sum2 >= 0 && isfinite(m->n + m->sum + m->sum2);
+}
+
+/* Adds up `count` of them that are `stride` apart, in their order. */
+static inline work_moments_t work_moments_sum(const work_moments_t *first, uint64_t count, size_t stride)
+{
+    work_moments_t sum = {0, 0, 0};
+    for (uint64_t i = 0; i < count; i++, first += stride) {
+        sum.n += first->n;
+        sum.sum += first->sum;
+        sum.sum2 += first->sum2;
+    }
+    return sum;
+}
 
 /* Why a contribution was refused. */
 typedef enum work_reject {
@@ -166,6 +185,12 @@ typedef struct work_result {
 static inline size_t work_pilot_weights(uint64_t count, uint32_t max_path_length)
 {
     return (size_t)(count + WORK_BLOCKS + 1) * max_path_length;
+}
+
+/* Chains that run together: those that exchange, or one. */
+static inline uint32_t work_together(settings_algorithm_t algorithm)
+{
+    return algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
 }
 
 /* Whether a unit runs chains. */

@@ -6,9 +6,9 @@
  * pairs of u64; for samples u32 rates and that many f64.
  *
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
- * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); then by kind: pilot
- * packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that many octets of zstd.
- * All little endian.
+ * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); of trials f64 spread;
+ * then by kind: pilot packed doubles; chains and samples a film; features packed floats. Packed: u32 size and that
+ * many octets of zstd. All little endian.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 10 };
+enum { WORK_CODEC_VERSION = 11 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -332,6 +332,8 @@ static void result_put(wire_writer_t *out, const void *value)
     for (uint32_t i = 0; i < failed; i++)
         wire_put_u64(out, r->failed[i]);
     stuck_put(out, &r->stuck);
+    if (r->kind == WORK_TRIAL)
+        wire_put_f64(out, r->spread);
     wire_put_bytes(out, "body", parts->packed, parts->packed_size, UINT32_MAX);
 }
 
@@ -359,8 +361,6 @@ fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, siz
         TRY(pack(result->features,
                  sizeof *result->features * WORK_FEATURE_CHANNELS * result->feature_rows * result->feature_width,
                  &parts.packed, &parts.packed_size, fault));
-    else if (result->kind == WORK_TRIAL)
-        TRY(pack(&result->spread, sizeof result->spread, &parts.packed, &parts.packed_size, fault));
     else if (result->has_film)
         TRY(film_encode(&result->film, &parts.packed, &parts.packed_size, fault));
     const fault_code_t code = codec_encode(result_put, &parts, "unit result", data, size, fault);
@@ -415,7 +415,7 @@ static fault_code_t result_get_moments(wire_reader_t *in, work_result_t *result,
         m->n = wire_get_f64(in, "moments.n");
         m->sum = wire_get_f64(in, "moments.sum");
         m->sum2 = wire_get_f64(in, "moments.sum2");
-        if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
+        if (!work_moments_are_sound(m))
             return wire_reader_fail(in, FAULT_RANGE, "moments", "entry %u is negative or not finite", i);
     }
     return in->code;
@@ -488,6 +488,14 @@ static fault_code_t result_get_stuck(wire_reader_t *in, work_result_t *result, c
     return FAULT_NONE;
 }
 
+static fault_code_t result_get_spread(wire_reader_t *in, work_result_t *result)
+{
+    result->spread = wire_get_f64(in, "spread");
+    if (!in->code && !(result->spread >= 0 && isfinite(result->spread)))
+        return wire_reader_fail(in, FAULT_RANGE, "spread", "%g, expected 0 or more", result->spread);
+    return in->code;
+}
+
 /* Unpacks exactly `size` octets into new memory. */
 static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t packed_size, size_t size, void **out,
                            fault_t *fault)
@@ -532,16 +540,7 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
                 return wire_reader_fail(in, FAULT_RANGE, "body", "feature %zu is not finite", i);
         return FAULT_NONE;
     }
-    if (record->kind == WORK_TRIAL) {
-        void *spread;
-        TRY(unpack(in, packed, packed_size, sizeof result->spread, &spread, fault));
-        memcpy(&result->spread, spread, sizeof result->spread);
-        free(spread);
-        return result->spread >= 0 && isfinite(result->spread)
-                   ? FAULT_NONE
-                   : wire_reader_fail(in, FAULT_RANGE, "body", "spread %g, expected 0 or more", result->spread);
-    }
-    if (record->kind == WORK_REFINE || record->kind == WORK_LEFT_OUT)
+    if (record->kind == WORK_REFINE || record->kind == WORK_LEFT_OUT || record->kind == WORK_TRIAL)
         return packed_size == 0 ? FAULT_NONE : wire_reader_fail(in, FAULT_FORMAT, "body", "is not empty");
     TRY(film_init(&result->film, width, height, fault));
     result->has_film = true;
@@ -575,6 +574,8 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
         code = result_get_failed(&in, result, record, fault);
     if (!code)
         code = result_get_stuck(&in, result, record, max_path_length);
+    if (!code && record->kind == WORK_TRIAL)
+        code = result_get_spread(&in, result);
     if (!code)
         code = result_get_body(&in, result, record, width, height, max_path_length, fault);
     if (!code)

@@ -5,12 +5,12 @@
 #include <string.h>
 
 #include "plan/plan_estimate.h"
-#include "plan/plan_seeds.h"
-#include "plan/plan_sketch.h"
-#include "plan/plan_split.h"
 #include "plan/plan_idle.h"
 #include "plan/plan_left_out.h"
 #include "plan/plan_missed.h"
+#include "plan/plan_seeds.h"
+#include "plan/plan_sketch.h"
+#include "plan/plan_split.h"
 
 enum {
     PILOT_UNIT = 8192, /* candidates: some ten milliseconds */
@@ -149,7 +149,7 @@ double plan_usual_cost(uint32_t k)
 /* Shares of the mutations. A pixel's variance by length k is about b_k I_k / N_k, relative to the pixel's square as
  * the error is: sum_k b_k need_k / N_k. At a fixed cost sum_k c_k N_k the least is where N_k is in proportion to
  * sqrt(b_k need_k / c_k). That is a coarse image's word, and knows nothing of how mutations of a length hang
- * together, which trials do (plan_trial.c): with them b_k^2 q_k is in the place of b_k need_k. A part of the shares
+ * together, which trials do (plan_trial.c): with them it is times their inefficiency. A part of the shares
  * goes by energy, and no length that is sure to carry light gets less than half a percent. */
 void plan_shares(plan_t *plan)
 {
@@ -165,7 +165,7 @@ void plan_shares(plan_t *plan)
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
         const plan_length_t *length = &plan->lengths[k];
-        const double variance = length->b * length->need * (length->trials > 0 ? length->inefficiency : 1);
+        const double variance = length->b * length->need * length->inefficiency;
         needs += need[k] = sqrt(variance / length->cost);
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
@@ -239,12 +239,12 @@ uint64_t plan_chain_length(const plan_t *plan)
     return plan->settings.chain_length ? plan->settings.chain_length : CHAIN_USUAL;
 }
 
+/* Whole ensembles, of shorter chains if need be. */
 static uint64_t budget_chains(const plan_t *plan, uint64_t mutations, uint64_t chain)
 {
-    const uint64_t chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS);
-    if (plan->settings.algorithm != SETTINGS_CMLT_REX) /* whole ensembles, shorter chains if need be */
-        return chains;
-    return (chains + WORK_REPLICAS - 1) / WORK_REPLICAS * WORK_REPLICAS;
+    const uint64_t chains = at_most(at_least((mutations + chain / 2) / chain, 1), WORK_MAX_CHAINS),
+                   together = work_together(plan->settings.algorithm);
+    return (chains + together - 1) / together * together;
 }
 
 static void budget_units(plan_t *plan)
@@ -287,7 +287,7 @@ fault_code_t plan_find_light(plan_t *plan, fault_t *fault)
             (unsigned long long)plan->candidates, plan->settings.max_path_length);
     plan->scale = exp2(-rint(log2(plan->b)));
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
-        plan->lengths[k].inefficiency = plan->settings.split;
+        plan->lengths[k].inefficiency = plan->settings.split > 0 ? plan->settings.split : 1;
         plan->lengths[k].cost = plan_usual_cost(k);
     }
     return FAULT_NONE;

@@ -67,6 +67,12 @@ double plan_length_b(const plan_t *plan, uint32_t k, double *error)
     return b;
 }
 
+double plan_film_b(const plan_t *plan, uint32_t k, double *error)
+{
+    *error = 0;
+    return plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, error);
+}
+
 double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error)
 {
     return estimate_join(plan, k, 1 + s, error);
@@ -160,9 +166,8 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
             continue;
         const uint32_t i = pixels->count++;
         pixels->lengths[i] = k;
-        double b_error = 0;
-        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &b_error),
-                     c_k = plan_weight(plan, k) / plan->weight_max;
+        double b_error;
+        const double b = plan_film_b(plan, k, &b_error), c_k = plan_weight(plan, k) / plan->weight_max;
         pixels->sums[i] = length->film.sums;
         pixels->factor[i] = b / (plan_counted(plan, length) * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
@@ -324,15 +329,16 @@ static double estimate_lengths(const plan_pixels_t *pixels, const double weights
     const plan_t *plan = pixels->plan;
     double all = 0, b_squares = 0;
     for (uint32_t i = 0; i < pixels->count; i++) {
+        const bool single = pixels->single && plan_is_samples(plan, pixels->lengths[i]);
         double sum = 0, of_single = 0, blocks[PLAN_GROUP_BLOCKS];
-        for (size_t p = 0; p < plan->pixels; p++)
+        for (size_t p = 0; p < plan->pixels; p++) {
+            const double weight = weights[plan_block(plan, p)];
             for (size_t c = 0; c < FILM_CHANNELS; c++) {
                 const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
-                sum += x * x * weights[plan_block(plan, p)] * pixels->b_variance[i];
-                of_single += plan_is_samples(plan, pixels->lengths[i])
-                                 ? weights[plan_block(plan, p)] * pixels_single(pixels, p, c)
-                                 : 0;
+                sum += x * x * weight * pixels->b_variance[i];
+                of_single += single ? weight * pixels_single(pixels, p, c) : 0;
             }
+        }
         b_squares += sum * sum;
         pixels_blocks(pixels, i, blocks);
         for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)

@@ -8,6 +8,8 @@
 /* Estimates from all samples and large steps so far, with their standard errors: of b_k (of b for k = 0: that error
  * is the sum of the b_k's, which is the most it can be), of b_{k,s}. */
 double plan_length_b(const plan_t *plan, uint32_t k, double *error);
+/* What the film of lengths[k] over its mutations is multiplied by, and the error of that. */
+double plan_film_b(const plan_t *plan, uint32_t k, double *error);
 double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error);
 /* Pixel values and variances: what plan_pixel needs, computed once an image. */
 typedef struct plan_pixels {

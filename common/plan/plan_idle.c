@@ -68,11 +68,18 @@ uint64_t plan_survey_size(const plan_t *plan, uint64_t units)
     return (units + SURVEY_PARTS - 1) / SURVEY_PARTS;
 }
 
+/* Whether a technique of these lengths is idle. */
+static bool lengths_are_idle(const plan_t *plan, uint32_t first, uint32_t last)
+{
+    bool any = false;
+    for (uint32_t k = first; k <= last; k++)
+        any = any || plan->idle[k - 1].words[0] || plan->idle[k - 1].words[1];
+    return any;
+}
+
 fault_code_t plan_survey_record(const plan_t *plan, int round, uint64_t index, work_record_t *record)
 {
-    bool any = round == 0;
-    for (uint32_t k = 1; round > 0 && k <= plan->settings.max_path_length; k++)
-        any = any || plan->idle[k - 1].words[0] || plan->idle[k - 1].words[1];
+    const bool any = round == 0 || lengths_are_idle(plan, 1, plan->settings.max_path_length);
     record->kind = WORK_REFINE;
     record->first = SURVEY_FIRST + index * plan->pilot_unit;
     record->count = any ? plan->pilot_unit : 1; /* nothing to be tried */
@@ -99,17 +106,9 @@ static const work_moments_t *survey_unit(const plan_t *plan, int round, uint64_t
     return plan->survey + ((uint64_t)round * plan->survey_units + unit) * survey_moments(plan);
 }
 
-/* Over the units of a round, in their order, whichever came first. */
 static work_moments_t survey_sum(const plan_t *plan, int round, uint32_t moment)
 {
-    work_moments_t sum = {0};
-    for (uint64_t i = 0; i < plan->survey_units; i++) {
-        const work_moments_t *m = &survey_unit(plan, round, i)[moment];
-        sum.n += m->n;
-        sum.sum += m->sum;
-        sum.sum2 += m->sum2;
-    }
-    return sum;
+    return work_moments_sum(survey_unit(plan, round, 0) + moment, plan->survey_units, survey_moments(plan));
 }
 
 /* The most that the technique has of the length's energy. */
@@ -120,9 +119,8 @@ static double survey_share(const plan_t *plan, uint32_t k, uint32_t s)
     return (part.sum + 1.645 * sqrt(part.sum2)) / all.sum + 3 * all.sum2 / (all.sum * all.sum);
 }
 
-static void survey_propose(plan_t *plan, uint32_t k)
+static void survey_propose(plan_t *plan, survey_rule_t rule, uint32_t k)
 {
-    const survey_rule_t rule = survey_rule(plan);
     target_idle_t *idle = &plan->idle[k - 1];
     uint32_t stays = 0;
     double energy = 0;
@@ -164,8 +162,13 @@ static void survey_settle(plan_t *plan)
             in += survey_unit(plan, round, i)->n > 0;
         if (plan->has_idle[round] || in < plan->survey_units || plan->survey_units == 0)
             continue;
-        for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
-            (round == 0 ? survey_propose : survey_try)(plan, k);
+        const survey_rule_t rule = survey_rule(plan);
+        for (uint32_t k = 1; k <= plan->settings.max_path_length; k++) {
+            if (round == 0)
+                survey_propose(plan, rule, k);
+            else
+                survey_try(plan, k);
+        }
         plan->has_idle[round] = true;
     }
 }
@@ -188,19 +191,11 @@ double plan_survey_in(const plan_t *plan, int round, uint64_t index)
     return survey_unit(plan, round, index)->n;
 }
 
-static bool length_is_idle(const plan_t *plan, uint32_t k)
-{
-    return plan->idle[k - 1].words[0] || plan->idle[k - 1].words[1];
-}
-
 fault_code_t plan_set_idle(const plan_t *plan, work_record_t *record, fault_t *fault)
 {
     const uint32_t first = record->length > 0 ? record->length : 1,
                    last = record->length > 0 ? record->length : plan->settings.max_path_length;
-    bool any = false;
-    for (uint32_t k = first; k <= last; k++)
-        any = any || length_is_idle(plan, k);
-    if (!any)
+    if (!lengths_are_idle(plan, first, last))
         return FAULT_NONE;
     record->idle = malloc(sizeof *record->idle * (last - first + 1));
     if (!record->idle)
@@ -245,11 +240,9 @@ void plan_survey_put(wire_writer_t *out, const plan_t *plan)
 fault_code_t plan_survey_get(wire_reader_t *in, plan_t *plan)
 {
     TRY(packed_get(in, "survey", plan->survey, plan_survey_bytes(plan)));
-    for (size_t i = 0; i < plan_survey_bytes(plan) / sizeof *plan->survey; i++) {
-        const work_moments_t *m = &plan->survey[i];
-        if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
+    for (size_t i = 0; i < plan_survey_bytes(plan) / sizeof *plan->survey; i++)
+        if (!work_moments_are_sound(&plan->survey[i]))
             return wire_reader_fail(in, FAULT_RANGE, "survey", "entry %zu is negative or not finite", i);
-    }
     survey_settle(plan);
     return FAULT_NONE;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "plan/effects.h"
+#include "plan/packed.h"
 
 enum {
     LEFT_OUT_UNIT = 8192, /* samples */
@@ -46,17 +47,9 @@ void plan_absorb_left_out(plan_t *plan, const work_record_t *record, const work_
            sizeof *plan->left_out * WORK_LEFT_OUT_MOMENTS);
 }
 
-/* Over all units, in their order, whichever came first. */
 static work_moments_t left_out_sum(const plan_t *plan, uint32_t moment)
 {
-    work_moments_t sum = {0};
-    for (uint64_t i = 0; i < plan->left_out_units; i++) {
-        const work_moments_t *m = &plan->left_out[i * WORK_LEFT_OUT_MOMENTS + moment];
-        sum.n += m->n;
-        sum.sum += m->sum;
-        sum.sum2 += m->sum2;
-    }
-    return sum;
+    return work_moments_sum(plan->left_out + moment, plan->left_out_units, WORK_LEFT_OUT_MOMENTS);
 }
 
 /* The ratio r of two means over the same samples, part p and all a = p + q: its variance is that of p - r a = (1 -
@@ -97,24 +90,21 @@ void plan_left_out_say(const plan_t *plan, char *text, size_t size)
     }
 }
 
-void plan_left_out_put(wire_writer_t *out, const plan_t *plan)
+static size_t left_out_bytes(const plan_t *plan)
 {
-    for (uint64_t i = 0; i < plan->left_out_units * WORK_LEFT_OUT_MOMENTS; i++) {
-        wire_put_f64(out, plan->left_out[i].n);
-        wire_put_f64(out, plan->left_out[i].sum);
-        wire_put_f64(out, plan->left_out[i].sum2);
-    }
+    return plan->left_out_units * WORK_LEFT_OUT_MOMENTS * sizeof *plan->left_out;
 }
 
-void plan_left_out_get(wire_reader_t *in, plan_t *plan)
+void plan_left_out_put(wire_writer_t *out, const plan_t *plan)
 {
-    for (uint64_t i = 0; i < plan->left_out_units * WORK_LEFT_OUT_MOMENTS && !in->code; i++) {
-        work_moments_t *m = &plan->left_out[i];
-        m->n = wire_get_f64(in, "left out");
-        m->sum = wire_get_f64(in, "left out");
-        m->sum2 = wire_get_f64(in, "left out");
-        if (!in->code && (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2)))
-            wire_reader_fail(in, FAULT_RANGE, "left out", "entry %llu is negative or not finite",
-                             (unsigned long long)i);
-    }
+    packed_put(out, "left out", plan->left_out, left_out_bytes(plan));
+}
+
+fault_code_t plan_left_out_get(wire_reader_t *in, plan_t *plan)
+{
+    TRY(packed_get(in, "left out", plan->left_out, left_out_bytes(plan)));
+    for (size_t i = 0; i < left_out_bytes(plan) / sizeof *plan->left_out; i++)
+        if (!work_moments_are_sound(&plan->left_out[i]))
+            return wire_reader_fail(in, FAULT_RANGE, "left out", "entry %zu is negative or not finite", i);
+    return FAULT_NONE;
 }

@@ -18,9 +18,8 @@ plan_energy_t plan_left_out_energy(const plan_t *plan, uint32_t effect);
 /* In words, for headers: "caustics 0.031 +- 0.002, ..."; empty if nothing is left out. */
 void plan_left_out_say(const plan_t *plan, char *text, size_t size);
 
-/* As bytes: of each unit the estimators, f64 n, sum, sum of squares. Hostile bytes back: faults are the reader's.
- */
+/* As bytes: all units' estimators, packed. Hostile bytes back: faults are the reader's. */
 void plan_left_out_put(wire_writer_t *out, const plan_t *plan);
-void plan_left_out_get(wire_reader_t *in, plan_t *plan);
+fault_code_t plan_left_out_get(wire_reader_t *in, plan_t *plan);
 
 #endif

@@ -26,7 +26,7 @@ bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures)
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         double error;
         if (plan->lengths[k].units_in > 0)
-            factor[k] = (plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error)) / FILM_ONE;
+            factor[k] = plan_film_b(plan, k, &error) / FILM_ONE;
     }
     for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
         plan_groups_image(&plan->groups, g, factor, blocks[g]);
@@ -79,10 +79,10 @@ bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCK
 {
     double mean = 0, variance = 0, over_freedom = 0, of_b = 0, pixels = 0;
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
-        double error = 0;
+        double error;
         if (plan->lengths[k].units_in == 0)
             continue;
-        const double b = plan_is_samples(plan, k) ? 1 / plan->scale : plan_length_b(plan, k, &error);
+        const double b = plan_film_b(plan, k, &error);
         const region_light_t light = region_of_length(&plan->groups, k, b, region);
         if (light.freedom == 0)
             return false;

@@ -21,7 +21,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 13 };
+enum { PLAN_SAVE_VERSION = 14 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -192,7 +192,7 @@ static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
     TRY(packed_get(in, "pilot moments", plan->pilot_moments, pilot_moments_size(plan)));
     for (size_t i = 0; i < pilot_moments_size(plan) / sizeof *plan->pilot_moments; i++) {
         const work_moments_t *m = &plan->pilot_moments[i];
-        if (!(m->n >= 0 && m->sum >= 0 && m->sum2 >= 0) || !isfinite(m->n + m->sum + m->sum2))
+        if (!work_moments_are_sound(m))
             return wire_reader_fail(in, FAULT_RANGE, "pilot moments", "entry %zu is negative or not finite", i);
     }
     TRY(packed_get(in, "pilot blocks", plan->pilot_blocks, pilot_blocks_size(plan)));
@@ -265,7 +265,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
         TRY(plan_prepare_trials(plan, fault));
     }
     plan_trial_get(in, plan);
-    plan_left_out_get(in, plan);
+    TRY(plan_left_out_get(in, plan));
     TRY(plan_survey_get(in, plan));
     plan_predict(plan);
     return wire_reader_end(in);

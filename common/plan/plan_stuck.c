@@ -5,30 +5,28 @@
 
 void plan_stuck_absorb(plan_t *plan, const work_record_t *record, const work_result_t *result)
 {
-    stuck_t light = {.light = plan->lengths[record->length].stuck_light};
-    stuck_add(&light, &(stuck_t){.light = result->stuck.light});
-    plan->lengths[record->length].stuck_light = light.light;
+    uint64_t *light = &plan->lengths[record->length].stuck_light;
+    *light = stuck_sum_light(*light, result->stuck.light);
     stuck_add(&plan->stuck, &result->stuck);
 }
 
 fault_code_t plan_stuck_check(const plan_t *plan, wire_reader_t *in)
 {
-    uint64_t mutations = 0;
-    stuck_t light = {0};
+    uint64_t mutations = 0, light = 0;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
         const plan_length_t *length = &plan->lengths[k];
         if (length->stuck_light > 0 && (length->merged == 0 || plan_is_samples(plan, k)))
             return wire_reader_fail(in, FAULT_RANGE, "stuck light", "%llu of length %u, which has no chains",
                                     (unsigned long long)length->stuck_light, k);
         mutations += plan_is_samples(plan, k) ? 0 : length->merged;
-        stuck_add(&light, &(stuck_t){.light = length->stuck_light});
+        light = stuck_sum_light(light, length->stuck_light);
     }
     if (plan->stuck.rejections > mutations)
         return wire_reader_fail(in, FAULT_RANGE, "stuck rejections", "%llu of %llu mutations",
                                 (unsigned long long)plan->stuck.rejections, (unsigned long long)mutations);
-    if (light.light != plan->stuck.light)
+    if (light != plan->stuck.light)
         return wire_reader_fail(in, FAULT_FORMAT, "stuck light", "%llu, of all lengths %llu",
-                                (unsigned long long)plan->stuck.light, (unsigned long long)light.light);
+                                (unsigned long long)plan->stuck.light, (unsigned long long)light);
     return FAULT_NONE;
 }
 

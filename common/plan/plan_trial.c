@@ -36,12 +36,6 @@ static const double TRIAL_CLEARLY = 0.75;
 static const plan_steps_t trial_options[] = {{0, 0}, {-2, 0}, {2, 0}, {0, -2}};
 enum { TRIAL_OPTIONS = sizeof trial_options / sizeof *trial_options };
 
-/* Chains that make one of a trial's. */
-static uint32_t trial_together(const plan_t *plan)
-{
-    return plan->settings.algorithm == SETTINGS_CMLT_REX ? WORK_REPLICAS : 1;
-}
-
 static double trial_work(const plan_t *plan)
 {
     const double seconds = plan->job.stop.seconds;
@@ -64,7 +58,7 @@ static void trial_size(plan_t *plan)
         chains += plan->lengths[k].share;
         active += plan->lengths[k].share > 0;
     }
-    const double together = trial_together(plan), mutations = (double)plan_chain_length(plan),
+    const double together = work_together(plan->settings.algorithm), mutations = (double)plan_chain_length(plan),
                  work = trial_work(plan) * fmin(1.0 / TRIAL_PARTS, 0.25 * chains),
                  spare = work / (mutations * together) - TRIAL_LEAST * (double)active;
     if (active == 0 || spare < 0)
@@ -102,12 +96,12 @@ bool plan_trial_record(const plan_t *plan, uint64_t index, work_record_t *record
 {
     uint32_t option;
     const uint32_t k = trial_place(plan, index, &option);
-    const uint64_t chains = (uint64_t)plan->lengths[k].trials * trial_together(plan);
+    const uint64_t chains = (uint64_t)plan->lengths[k].trials * work_together(plan->settings.algorithm);
     if (!plan_chains_record(plan, WORK_TRIAL, k, TRIAL_FIRST, chains, plan->trial_mutations * chains,
                             trial_options[option], record))
         return false;
     record->scale = plan->lengths[k].b * (double)plan->pixels /
-                    (plan->b * (double)(plan->trial_mutations * trial_together(plan)));
+                    (plan->b * (double)(plan->trial_mutations * work_together(plan->settings.algorithm)));
     return true;
 }
 
@@ -147,7 +141,7 @@ void plan_finish_trials(plan_t *plan)
         for (uint32_t o = 0; length->trials > 0 && o < length->trial_options; o++, unit++) {
             const plan_trial_t *trial = &plan->trials[unit];
             const double spread = (prior + trial->spread * length->trials) / (TRIAL_PRIOR + length->trials) /
-                                  (mutations * trial_together(plan)),
+                                  (mutations * work_together(plan->settings.algorithm)),
                          cost = fmax(trial->rays / mutations, 1e-3);
             if (!(spread * cost < best * (o == 0 || length->option > 0 ? 1 : TRIAL_CLEARLY)))
                 continue;

@@ -17,9 +17,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fail.h"
 #include "absent_scene.h"
 #include "base/clock.h"
-#include "base/file.h"
 #include "base/random.h"
 #include "options.h"
 #include "parallel.h"
@@ -42,12 +42,6 @@ typedef struct bench {
 typedef struct ratio {
     double value, error;
 } ratio_t;
-
-__attribute__((noreturn)) static void bench_fail(const fault_t *fault)
-{
-    fprintf(stderr, "bench_absent: %s\n", fault->text);
-    exit(1);
-}
 
 static void bench_options(bench_t *bench, int argc, char **argv)
 {
@@ -361,11 +355,7 @@ int main(int argc, char **argv)
         json_append(list, bench_scene(&bench, loaded));
         peer_scene_unload(&loaded);
     }
-    const char *path = options_value(argc, argv, "--json");
-    char *text = path ? json_print(list, true) : NULL;
-    if (text && file_write(path, text, strlen(text), &fault))
-        bench_fail(&fault);
-    free(text);
+    options_write_json(list, argc, argv);
     json_destroy(&list);
     return 0;
 }

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "fail.h"
 #include "calibrate.h"
 #include "film/compare.h"
 #include "film/pfm.h"
@@ -54,12 +54,6 @@ typedef struct bench {
     double calibration[MAX_SEEDS];
     spread_t speed;
 } bench_t;
-
-__attribute__((noreturn)) static void bench_fail(const fault_t *fault)
-{
-    fprintf(stderr, "bench_error: %s\n", fault->text);
-    exit(1);
-}
 
 static void bench_options(bench_t *bench, int argc, char **argv)
 {
@@ -265,15 +259,6 @@ static json_t *bench_print(const bench_t *bench)
     return root;
 }
 
-static void write_json(const json_t *root, const char *path)
-{
-    fault_t fault = {0};
-    char *text = json_print(root, true);
-    if (file_write(path, text, strlen(text), &fault))
-        bench_fail(&fault);
-    free(text);
-}
-
 int main(int argc, char **argv)
 {
     static bench_t bench;
@@ -281,9 +266,7 @@ int main(int argc, char **argv)
     bench_load(&bench);
     bench_run(&bench);
     json_t *root = bench_print(&bench);
-    const char *path = options_value(argc, argv, "--json");
-    if (path)
-        write_json(root, path);
+    options_write_json(root, argc, argv);
     json_destroy(&root);
     for (size_t i = 0; i < bench.list.count; i++) {
         peer_scene_unload(&bench.scenes[i].loaded);

@@ -6,10 +6,9 @@
  * Each scene is rendered with each of a list of jobs and each seed, chains to --mutations a pixel, samples to
  * --samples, and held against two independent renders of --reference bidirectional samples a pixel each. */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/file.h"
+#include "fail.h"
 #include "estimates.h"
 #include "options.h"
 #include "parallel.h"
@@ -30,12 +29,6 @@ typedef struct bench {
     unsigned seeds, threads, side;
     double mutations, samples, reference;
 } bench_t;
-
-__attribute__((noreturn)) static void bench_fail(const fault_t *fault)
-{
-    fprintf(stderr, "bench_estimate: %s\n", fault->text);
-    exit(1);
-}
 
 static void bench_options(bench_t *bench, int argc, char **argv)
 {
@@ -124,7 +117,6 @@ static void bench_scene(const bench_t *bench, const peer_scene_t *entry, json_t 
 int main(int argc, char **argv)
 {
     static bench_t bench;
-    fault_t fault = {0};
     bench_options(&bench, argc, argv);
     json_t *root = json_new_object(), *cases = json_new_array();
     printf("%u seeds, %u x %u pixels, chains %g mutations a pixel, bdpt %g samples, references 2 x %g samples\n\n"
@@ -134,11 +126,7 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < bench.scenes.count; i++)
         bench_scene(&bench, bench.scenes.entries[i], cases);
     json_add(root, "cases", cases);
-    const char *path = options_value(argc, argv, "--json");
-    char *text = path ? json_print(root, true) : NULL;
-    if (path && file_write(path, text, strlen(text), &fault))
-        bench_fail(&fault);
-    free(text);
+    options_write_json(root, argc, argv);
     json_destroy(&root);
     return 0;
 }

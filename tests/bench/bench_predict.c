@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "base/file.h"
+#include "fail.h"
 #include "options.h"
 #include "plan/plan.h"
 
@@ -28,12 +28,6 @@ typedef struct prediction {
     double error, at, predicted, low, high, actual;
     bool reliable;
 } prediction_t;
-
-__attribute__((noreturn)) static void bench_fail(const fault_t *fault)
-{
-    fprintf(stderr, "bench_predict: %s\n", fault->text);
-    exit(1);
-}
 
 static void bench_options(bench_t *bench, int argc, char **argv)
 {
@@ -160,7 +154,6 @@ static prediction_t bench_scene(const bench_t *bench, const peer_scene_t *entry)
 int main(int argc, char **argv)
 {
     static bench_t bench;
-    fault_t fault = {0};
     bench_options(&bench, argc, argv);
     json_t *root = json_new_object(), *cases = json_new_array();
     unsigned near = 0, covered = 0, known = 0;
@@ -182,11 +175,7 @@ int main(int argc, char **argv)
     printf("\nof %zu, foretold %u, within a fifth %u, inside of the interval %u\n", bench.scenes.count, known, near,
            covered);
     json_add(root, "cases", cases);
-    const char *path = options_value(argc, argv, "--json");
-    char *text = path ? json_print(root, true) : NULL;
-    if (path && file_write(path, text, strlen(text), &fault))
-        bench_fail(&fault);
-    free(text);
+    options_write_json(root, argc, argv);
     json_destroy(&root);
     return 0;
 }

@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "base/file.h"
+#include "fail.h"
 #include "calibrate.h"
 #include "options.h"
 #include "parallel.h"
@@ -43,12 +43,6 @@ typedef struct bench {
     double calibration[MAX_REPETITIONS];
     spread_t speed; /* of the calibration */
 } bench_t;
-
-__attribute__((noreturn)) static void bench_fail(const fault_t *fault)
-{
-    fprintf(stderr, "bench_rate: %s\n", fault->text);
-    exit(1);
-}
 
 static void bench_options(bench_t *bench, int argc, char **argv)
 {
@@ -220,9 +214,8 @@ static json_t *case_json(const bench_t *bench, bench_case_t *c)
     return object;
 }
 
-static void write_json(const bench_t *bench, const char *path)
+static void write_json(const bench_t *bench, int argc, char **argv)
 {
-    fault_t fault = {0};
     json_t *root = json_new_object(), *cases = json_new_array();
     json_add(root, "calibration", spread_json(bench->speed));
     json_add_number(root, "repetitions", bench->repetitions);
@@ -231,10 +224,7 @@ static void write_json(const bench_t *bench, const char *path)
     for (size_t i = 0; i < bench->count; i++)
         json_append(cases, case_json(bench, &bench->cases[i]));
     json_add(root, "cases", cases);
-    char *text = json_print(root, true);
-    if (file_write(path, text, strlen(text), &fault))
-        bench_fail(&fault);
-    free(text);
+    options_write_json(root, argc, argv);
     json_destroy(&root);
 }
 
@@ -248,9 +238,7 @@ int main(int argc, char **argv)
     print_costs(&bench);
     if (bench.threads.count > 1)
         print_scaling(&bench);
-    const char *path = options_value(argc, argv, "--json");
-    if (path)
-        write_json(&bench, path);
+    write_json(&bench, argc, argv);
     for (size_t i = 0; i < bench.count; i++)
         rate_case_clear(&bench.cases[i].rate);
     for (size_t i = 0; i < bench.scenes.count; i++)

@@ -5,6 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/file.h"
+#include "fail.h"
+
 enum { TEXT_SIZE = 1024 };
 
 __attribute__((noreturn, format(printf, 2, 3))) static void options_fail(const char *program, const char *format,
@@ -128,4 +131,16 @@ void options_algorithms(options_algorithms_t *list, int argc, char **argv, const
     const char *text = options_value(argc, argv, "--algorithms");
     *list = (options_algorithms_t){0};
     options_words(argv[0], "--algorithms", text ? text : usual, take_algorithm, list);
+}
+
+void options_write_json(const json_t *figures, int argc, char **argv)
+{
+    const char *path = options_value(argc, argv, "--json");
+    fault_t fault = {0};
+    if (!path)
+        return;
+    char *text = json_print(figures, true);
+    if (file_write(path, text, strlen(text), &fault))
+        bench_fail(&fault);
+    free(text);
 }

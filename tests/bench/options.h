@@ -2,6 +2,7 @@
 #ifndef TESTS_BENCH_OPTIONS_H
 #define TESTS_BENCH_OPTIONS_H
 
+#include "base/json.h"
 #include "chain/settings.h"
 #include "peer_scene.h"
 
@@ -33,6 +34,8 @@ double options_number(int argc, char **argv, const char *name, double usual, dou
 void options_numbers(options_numbers_t *list, int argc, char **argv, const char *name, const char *usual);
 /* "--scenes a,b"; "usual" without the option. Names in the list must be there; of the usual ones those that are. */
 void options_scenes(options_scenes_t *list, int argc, char **argv, const char *usual);
+/* Writes the figures where "--json FILE" says, if it is there. */
+void options_write_json(const json_t *figures, int argc, char **argv);
 /* "--algorithms pt,bdpt,mmlt". */
 void options_algorithms(options_algorithms_t *list, int argc, char **argv, const char *usual);
 

@@ -20,6 +20,7 @@
 #include "client/bench/seeds.h"
 #include "client/bench/solo.h"
 #include "support/near.h"
+#include "support/normal.h"
 #include "draw/svg.h"
 
 /* ---- figures over seeds ---- */
@@ -46,8 +47,7 @@ static void deviation_and_its_error_agree_with_theory(void **state)
     static float values[SEEDS * PIXELS];
     const uint64_t key = random_key(7, RANDOM_PURPOSE_TEST, 0, 0);
     for (uint64_t i = 0; i < SEEDS * PIXELS; i++) {
-        const double u = 1 - random_double(key, 2 * i), v = random_double(key, 2 * i + 1);
-        values[i] = (float)(10 + sqrt(-2 * log(u)) * cos(2 * M_PI * v));
+        values[i] = (float)(10 + normal_of(random_double(key, 2 * i), random_double(key, 2 * i + 1)));
     }
     gain_figure_t mean, percentile;
     seeds_deviation(values, SEEDS, PIXELS, &mean, &percentile);

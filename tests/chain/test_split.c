@@ -201,6 +201,17 @@ static void caps_that_do_not_fit_are_refused(void **state)
     refuse(&record, space, "rates");
 }
 
+/* The record as bytes and back; the caller clears. */
+static fault_code_t there_and_back(const work_record_t *record, work_record_t *back, fault_t *fault)
+{
+    uint8_t *data;
+    size_t size;
+    assert_int_equal(work_record_encode(record, &data, &size, fault), FAULT_NONE);
+    const fault_code_t code = work_record_decode(back, data, size, fault);
+    free(data);
+    return code;
+}
+
 static void records_keep_their_caps(void **state)
 {
     (void)state;
@@ -209,11 +220,8 @@ static void records_keep_their_caps(void **state)
         double caps[3] = {1, values[i], 1e300};
         const work_record_t record = {.kind = WORK_REFINE, .count = 10, .cap_count = 3, .caps = caps};
         work_record_t back;
-        uint8_t *data;
-        size_t size;
         fault_t fault = {0};
-        assert_int_equal(work_record_encode(&record, &data, &size, &fault), FAULT_NONE);
-        const fault_code_t code = work_record_decode(&back, data, size, &fault);
+        const fault_code_t code = there_and_back(&record, &back, &fault);
         if (values[i] >= 0) {
             assert_int_equal(code, FAULT_NONE);
             assert_int_equal(back.cap_count, 3);
@@ -223,7 +231,6 @@ static void records_keep_their_caps(void **state)
             assert_non_null(strstr(fault.text, "caps"));
         }
         work_record_clear(&back);
-        free(data);
     }
 }
 
@@ -238,18 +245,13 @@ static void records_keep_their_rates(void **state)
         const work_record_t record = {
             .kind = WORK_SAMPLES, .count = 10, .scale = 1, .rate_count = 3, .rates = rates};
         work_record_t back;
-        uint8_t *data;
-        size_t size;
         fault_t fault = {0};
-        assert_int_equal(work_record_encode(&record, &data, &size, &fault), FAULT_NONE);
-        const fault_code_t code = work_record_decode(&back, data, size, &fault);
-        assert_int_equal(code, i < 2 ? FAULT_NONE : FAULT_RANGE);
+        assert_int_equal(there_and_back(&record, &back, &fault), i < 2 ? FAULT_NONE : FAULT_RANGE);
         if (i < 2)
             assert_memory_equal(back.rates, rates, sizeof rates);
         else
             assert_non_null(strstr(fault.text, "rates"));
         work_record_clear(&back);
-        free(data);
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "film/compare.h"
 #include "film/image_file.h"
+#include "support/normal.h"
 
 /* Results hold a kilobyte and more of blocks each. */
 static compare_result_t result;
@@ -215,11 +216,9 @@ static void blocks_show_where_the_light_is_wrong(void **state)
 
 enum { SIDE = 128, TERMS = SIDE * SIDE * 3 };
 
-/* A standard normal number (Box and Muller 1958). */
 static double normal(uint64_t stream, uint64_t index)
 {
-    const double u = 1 - uniform(stream, 2 * index), v = uniform(stream, 2 * index + 1);
-    return sqrt(-2 * log(u)) * cos(6.283185307179586477 * v);
+    return normal_of(uniform(stream, 2 * index), uniform(stream, 2 * index + 1));
 }
 
 static void noisy(image_t *image, double sigma, uint64_t stream)

@@ -9,6 +9,7 @@
 
 #include "base/random.h"
 #include "plan/plan_law.h"
+#include "support/normal.h"
 
 static uint64_t counter;
 
@@ -19,7 +20,8 @@ static double uniform(void)
 
 static double normal(void)
 {
-    return sqrt(-2 * log(1 - uniform())) * cos(6.283185307179586 * uniform());
+    const double u = uniform();
+    return normal_of(u, uniform());
 }
 
 static double exact(double a, double c, double p, double t)

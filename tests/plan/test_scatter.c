@@ -14,6 +14,7 @@
 #include "base/random.h"
 #include "plan/plan_scatter.h"
 #include "support/near.h"
+#include "support/normal.h"
 
 enum { RENDERS = 60 };
 
@@ -26,7 +27,8 @@ static double uniform(void)
 
 static double normal(void)
 {
-    return sqrt(-2 * log(1 - uniform())) * cos(6.283185307179586 * uniform());
+    const double u = uniform();
+    return normal_of(u, uniform());
 }
 
 /* One length in `count` groups; `alike` neighbouring spots have the same error, one group's is `loud` times that of
