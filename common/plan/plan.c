@@ -496,7 +496,8 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "seconds");
     if (plan->in >= plan->error_next) {
         plan_note_error(plan);
-        plan->error_next = plan->in + (plan->in / 10 > 4 ? plan->in / 10 : 4);
+        const uint64_t wait = plan->in / (stop->error > 0 ? 10 : 4); /* the history can do with fewer */
+        plan->error_next = plan->in + (wait > 4 ? wait : 4);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
     }

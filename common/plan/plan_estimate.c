@@ -78,22 +78,31 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
     return estimate_join(plan, k, 1 + s, error);
 }
 
+/* The squares of a film's sums, by block: rows of a block are runs of numbers. */
+static void pixels_square(const plan_t *plan, const int64_t *sums, double blocks[PLAN_GROUP_BLOCKS])
+{
+    const uint32_t width = plan->settings.width, height = plan->settings.height;
+    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+        blocks[block] = 0;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < PLAN_GROUP_SIDE; x++) {
+            const int64_t *row = sums + FILM_CHANNELS * (size_t)width * y;
+            const size_t end = (size_t)FILM_CHANNELS * plan_groups_begin(x + 1, width);
+            double squares = 0;
+            for (size_t i = (size_t)FILM_CHANNELS * plan_groups_begin(x, width); i < end; i++)
+                squares += (double)row[i] * (double)row[i];
+            blocks[plan_groups_block(y, height) * PLAN_GROUP_SIDE + x] += squares;
+        }
+}
+
 /* Squares of one length less what their mean takes off them, by block. */
 static void pixels_blocks(const plan_pixels_t *pixels, uint32_t i, double blocks[PLAN_GROUP_BLOCKS])
 {
     const plan_t *plan = pixels->plan;
-    double taken[PLAN_GROUP_BLOCKS] = {0};
-    for (size_t p = 0; p < plan->pixels; p++) {
-        const int64_t *sums = pixels->sums[i] + FILM_CHANNELS * p;
-        double squares = 0;
-        for (size_t c = 0; c < FILM_CHANNELS; c++)
-            squares += (double)sums[c] * (double)sums[c];
-        taken[plan_block(plan, p)] += squares;
-    }
     for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
         blocks[block] =
             fmax(0, plan_groups_squares(&plan->groups, pixels->lengths[i], block) * pixels->squares_factor -
-                        taken[block] * pixels->square[i]);
+                        pixels->squared[i][block] * pixels->square[i]);
 }
 
 /* A chain length with a single unit has no variance yet. What it will bring beside the others is foreseen by their
@@ -173,6 +182,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
         const double size = (double)length->merged / (double)length->unit_mutations;
         pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * size);
+        pixels_square(plan, length->film.sums, pixels->squared[i]);
     }
     pixels->squares_factor = squares * squares * 0x1p-40;
     pixels_correct(pixels);
@@ -331,14 +341,11 @@ static double estimate_lengths(const plan_pixels_t *pixels, const double weights
     for (uint32_t i = 0; i < pixels->count; i++) {
         const bool single = pixels->single && plan_is_samples(plan, pixels->lengths[i]);
         double sum = 0, of_single = 0, blocks[PLAN_GROUP_BLOCKS];
-        for (size_t p = 0; p < plan->pixels; p++) {
-            const double weight = weights[plan_block(plan, p)];
-            for (size_t c = 0; c < FILM_CHANNELS; c++) {
-                const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
-                sum += x * x * weight * pixels->b_variance[i];
-                of_single += single ? weight * pixels_single(pixels, p, c) : 0;
-            }
-        }
+        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+            sum += pixels->squared[i][block] * weights[block] * pixels->b_variance[i];
+        for (size_t p = 0; single && p < plan->pixels; p++)
+            for (size_t c = 0; c < FILM_CHANNELS; c++)
+                of_single += weights[plan_block(plan, p)] * pixels_single(pixels, p, c);
         b_squares += sum * sum;
         pixels_blocks(pixels, i, blocks);
         for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)

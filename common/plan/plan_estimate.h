@@ -14,7 +14,7 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
 /* Pixel values and variances: what plan_pixel needs, computed once an image. */
 typedef struct plan_pixels {
     const plan_t *plan;
-    uint32_t count;                         /* lengths that have been rendered */
+    uint32_t count;                         /* lengths that have been rendered; indices below are less than it */
     uint32_t lengths[PATH_MAX_VERTICES];    /* which */
     const int64_t *sums[PATH_MAX_VERTICES]; /* their films */
     double factor[PATH_MAX_VERTICES];       /* b_k / (N_k 2^28) */
@@ -22,6 +22,7 @@ typedef struct plan_pixels {
     double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
     double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
     double squares_factor;                  /* of plan->squares, in image units */
+    double squared[PATH_MAX_VERTICES][PLAN_GROUP_BLOCKS]; /* squares of the sums, by block of the image */
     const int64_t *single;                  /* the film of samples of which there is a single unit, else null */
     double single_factor;                   /* of their squared differences, in image units */
     double correction[PLAN_GROUP_BLOCKS];   /* excess, as the block's lengths have it in the mean */

@@ -51,6 +51,12 @@ static inline uint32_t plan_groups_block(uint32_t at, uint32_t size)
     return (uint32_t)((uint64_t)at * PLAN_GROUP_SIDE / size);
 }
 
+/* The first row or column of block `at`; at = PLAN_GROUP_SIDE: past the last. */
+static inline uint32_t plan_groups_begin(uint32_t at, uint32_t size)
+{
+    return (uint32_t)(((uint64_t)at * size + PLAN_GROUP_SIDE - 1) / PLAN_GROUP_SIDE);
+}
+
 /* The pixel of a spot: ascending. */
 size_t plan_groups_spot(const plan_groups_t *groups, uint32_t i);
 
