@@ -41,14 +41,16 @@ void run_context_clear(run_context_t *context)
     context->reference_count = 0;
 }
 
+/* The part of the light that is in lengths whose chains are still to come. Lengths without a share have none: they
+ * are left to samples. */
 static double missing_light(const json_t *report)
 {
     double missing = 0, total = 0;
     for (const json_t *m = json_first(json_get(report, "lengths")); m; m = json_next(m)) {
         const double b = json_number(json_get(json_get(m, "b"), "value"));
-        const json_t *mutations = json_get(m, "mutations");
+        const json_t *mutations = json_get(m, "mutations"), *share = json_get(m, "share");
         total += b;
-        if (mutations && !(json_number(mutations) > 0))
+        if (mutations && !(json_number(mutations) > 0) && !(share && json_number(share) == 0))
             missing += b;
     }
     return total > 0 ? missing / total : 0;

@@ -12,6 +12,7 @@ void settings_default(settings_t *settings)
         .technique_step = 0.03,
         .jump_step = 0.05,
         .partial_step = 0,
+        .split_gain = 1,
         .step_min = 1.0 / 1024,
         .step_max = 1.0 / 64,
     };
@@ -23,6 +24,7 @@ void settings_auto(settings_t *settings)
     settings->partial_step = 0.5;
     settings->equalize = 1;
     settings->split = 20;
+    settings->split_gain = 1.5;
 }
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)

@@ -64,10 +64,12 @@ typedef struct settings {
     double jump_step;      /* rjmlt, cmlt: probability of a technique jump; cmlt-rex: of an exchange */
     double partial_step;   /* probability that a small step changes one walk only */
     double equalize;       /* exponent of the importance against the dark, 0 .. 1; 0: there is none */
-    double split; /* with it samples bring what they sample well, chains the rest (split.h): the mutations that
-                     chains are taken to need for what one independent draw would do; 0: chains bring all */
-    bool adapt;   /* the chains of each length are tried out first: what they make of a mutation decides the shares,
-                     and which of a few steps they take the render (plan/plan_trial.c) */
+    double split;      /* with it samples bring what they sample well, chains the rest (split.h): the mutations that
+                          chains are taken to need for what one independent draw would do; 0: chains bring all */
+    double split_gain; /* chains are run if the pilot promises the accuracy of samples alone in that part of the
+                          time; 1: always (plan/plan_split.c) */
+    bool adapt; /* the chains of each length are tried out first: what they make of a mutation decides the shares,
+                   and which of a few steps they take the render (plan/plan_trial.c) */
     double auxiliary_step; /* probability of a step of the visibility chain, with an exchange; 0: there is none */
     double step_min, step_max;         /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
     uint64_t chain_length;             /* mutations a chain makes; 0: chosen by the plan */

@@ -189,8 +189,6 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
     if (record->cap_count > 0 && (!(settings->split > 0) || record->cap_count != caps))
         return fault_set(fault, FAULT_RANGE, "a unit with %u caps, expected %s", record->cap_count,
                          settings->split > 0 ? "as many as path lengths, of chains one" : "none");
-    if (record->kind == WORK_SAMPLES && settings->split > 0 && record->cap_count == 0)
-        return fault_set(fault, FAULT_RANGE, "a unit of samples without caps, for a job with them");
     if (record->rate_count > 0 && (!(settings->split > 0) || record->rate_count != settings->max_path_length))
         return fault_set(fault, FAULT_RANGE, "a unit with %u rates, expected %s", record->rate_count,
                          settings->split > 0 ? "as many as path lengths" : "none");

@@ -85,7 +85,7 @@ typedef struct work_record {
                         sum to one; else null; owned by the record */
     double *importance; /* all but features and left out: IMPORTANCE_BLOCKS numbers, or null; owned by the record */
     uint32_t cap_count; /* chains: 0 or 1, theirs; pilot, refine, samples: 0 or one for each length from 1 on */
-    double *caps;       /* split.h; null if there is none; owned by the record */
+    double *caps;       /* split.h; null if there is none (samples then bring all light); owned by the record */
     uint32_t idle_count; /* likewise: techniques that take no part, of the chains' length or of all */
     target_idle_t *idle;
     uint32_t rate_count; /* samples: 0 or one for each length from 1 on */

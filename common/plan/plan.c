@@ -72,10 +72,10 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
         if (!plan->lengths[k].weights)
             code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's candidates");
     }
-    plan->pilot_moments = calloc(plan->candidates / plan->pilot_unit * work_samples_moment(s->max_path_length + 1),
+    plan->pilot_moments = calloc(plan->candidates / plan->candidate_unit * work_samples_moment(s->max_path_length + 1),
                                  sizeof *plan->pilot_moments);
     plan->pilot_blocks =
-        calloc(plan->candidates / plan->pilot_unit * s->max_path_length, WORK_BLOCKS * sizeof *plan->pilot_blocks);
+        calloc(plan->candidates / plan->candidate_unit * s->max_path_length, WORK_BLOCKS * sizeof *plan->pilot_blocks);
     if (!plan->pilot_moments || !plan->pilot_blocks)
         code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's estimates");
 cleanup:
@@ -195,9 +195,9 @@ static void absorb_pilot(plan_t *plan, const work_record_t *record, const work_r
     for (uint64_t i = 0; i < record->count; i++)
         for (uint32_t k = 1; k <= K; k++)
             plan->lengths[k].weights[record->first + i] = result->weights[i * K + k - 1];
-    memcpy(plan->pilot_blocks + record->first / plan->pilot_unit * K * WORK_BLOCKS,
+    memcpy(plan->pilot_blocks + record->first / plan->candidate_unit * K * WORK_BLOCKS,
            result->weights + record->count * K, sizeof *plan->pilot_blocks * K * WORK_BLOCKS);
-    memcpy(plan->pilot_moments + record->first / plan->pilot_unit * result->moment_count, result->moments,
+    memcpy(plan->pilot_moments + record->first / plan->candidate_unit * result->moment_count, result->moments,
            sizeof *result->moments * result->moment_count);
 }
 
@@ -331,7 +331,7 @@ static void pilot_finish_seeds(plan_t *plan)
 static void pilot_finish_needs(plan_t *plan)
 {
     const uint32_t K = plan->settings.max_path_length;
-    const uint64_t units = plan->candidates / plan->pilot_unit;
+    const uint64_t units = plan->candidates / plan->candidate_unit;
     double image[WORK_BLOCKS] = {0}, mean = 0;
     for (uint64_t u = 1; u < units; u++) /* in their order, whichever came first */
         for (size_t i = 0; i < (size_t)K * WORK_BLOCKS; i++)
@@ -369,7 +369,7 @@ static fault_code_t plan_finish_pilot(plan_t *plan, fault_t *fault)
     TRY(plan_find_light(plan, fault));
     TRY(plan_prepare_trials(plan, fault));
     const uint32_t count = work_samples_moment(plan->settings.max_path_length + 1);
-    for (uint64_t i = 0; i < plan->candidates / plan->pilot_unit; i++)
+    for (uint64_t i = 0; i < plan->candidates / plan->candidate_unit; i++)
         absorb_all_moments(plan, plan->pilot_moments + i * count);
     free(plan->pilot_moments);
     plan->pilot_moments = NULL;

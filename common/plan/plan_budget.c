@@ -76,6 +76,7 @@ void plan_size_pilot(plan_t *plan)
     plan->pilot_unit = (uint32_t)at_most(plan->candidates, PILOT_UNIT);
     const uint64_t units = (plan->candidates + plan->pilot_unit - 1) / plan->pilot_unit;
     plan->candidates = units * plan->pilot_unit;
+    plan->candidate_unit = plan->pilot_unit;
     plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
     plan->sketch_units = plan_sketch_size(plan, units);
     plan->split_units = budget_is_ample(plan) ? plan_split_size(plan, units) : 0;
@@ -96,7 +97,7 @@ static void features_record(const plan_t *plan, uint64_t index, work_record_t *r
  * round; the units for the caps, and the candidates. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
-    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit,
+    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->candidate_unit,
                    caps = candidates - plan->split_units, second = caps - plan->survey_units,
                    left_out = second - plan->left_out_units, features = plan->sketch_units + plan->survey_units;
     *record = (work_record_t){0};
@@ -122,8 +123,8 @@ fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t
         return plan_set_idle(plan, record, NULL);
     }
     record->kind = WORK_PILOT;
-    record->first = (index - candidates) * plan->pilot_unit;
-    record->count = plan->pilot_unit;
+    record->first = (index - candidates) * plan->candidate_unit;
+    record->count = plan->candidate_unit;
     TRY(plan_set_importance(plan, record, NULL));
     TRY(plan_set_idle(plan, record, NULL));
     return plan_set_caps(plan, record, NULL);
@@ -131,7 +132,7 @@ fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t
 
 bool plan_pilot_waits(const plan_t *plan)
 {
-    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->pilot_unit,
+    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->candidate_unit,
                    caps = candidates - plan->split_units;
     return (plan->pilot_next == caps - plan->survey_units && !plan_survey_has(plan, 0)) ||
            (plan->pilot_next == caps && plan->sketch_units > 0 && !plan->has_importance) ||
@@ -187,7 +188,8 @@ static uint64_t budget_passes(const plan_t *plan)
 {
     const double passes =
         plan->lengths[0].share * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
-    const double most = 0.9 * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
+    const double most =
+        (plan->samples_alone ? 1 : 0.9) * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
     return plan->pixels * at_least((uint64_t)rint(fmin(passes, most)), 1);
 }
 

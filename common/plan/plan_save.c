@@ -21,7 +21,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 14 };
+enum { PLAN_SAVE_VERSION = 15 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -114,14 +114,14 @@ static void get_totals(wire_reader_t *in, plan_t *plan)
 /* Octets of the pilot units' coarse images. */
 static size_t pilot_blocks_size(const plan_t *plan)
 {
-    return plan->candidates / plan->pilot_unit * plan->settings.max_path_length * WORK_BLOCKS *
+    return plan->candidates / plan->candidate_unit * plan->settings.max_path_length * WORK_BLOCKS *
            sizeof *plan->pilot_blocks;
 }
 
 /* Octets of the pilot units' estimators. */
 static size_t pilot_moments_size(const plan_t *plan)
 {
-    return plan->candidates / plan->pilot_unit * work_samples_moment(plan->settings.max_path_length + 1) *
+    return plan->candidates / plan->candidate_unit * work_samples_moment(plan->settings.max_path_length + 1) *
            sizeof *plan->pilot_moments;
 }
 
@@ -320,7 +320,7 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
     if (plan->sketch_units > 0 && plan->has_importance != (plan->sketch_in == plan->sketch_units))
         return wire_reader_fail(in, FAULT_FORMAT, "importance", "does not go with %llu of %llu sketch units",
                                 (unsigned long long)plan->sketch_in, (unsigned long long)plan->sketch_units);
-    const uint64_t caps = plan->pilot_units - plan->candidates / plan->pilot_unit - plan->split_units;
+    const uint64_t caps = plan->pilot_units - plan->candidates / plan->candidate_unit - plan->split_units;
     for (uint64_t i = caps; i < count && i < caps + plan->split_units; i++)
         plan->split_in += states[i] == PLAN_UNIT_IN;
     if (plan->split_units > 0 && plan->has_caps != (plan->split_in == plan->split_units))

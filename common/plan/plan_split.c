@@ -21,6 +21,10 @@
  * are used for nothing else; twice, with all rates 1 and then with those that went with the best. What the caps and
  * rates are decides how noisy the image is, not what it converges to.
  *
+ * What chains promise they seldom keep: of peaks alone their inefficiency is several times that of a whole length
+ * (docs/gains.md), and they want a pilot. So where samples alone need less than settings.split_gain times the work
+ * of the best choice, they are alone: no caps, no chains, and few candidates, as none is a seed.
+ *
  * Costs are in rays, counted, as nothing here may depend on a clock.
  */
 #include "plan/plan_split.h"
@@ -36,9 +40,10 @@
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
 #define SPLIT_FIRST WORK_PAIRS_FIRST
 enum {
-    SPLIT_PARTS = 8, /* one sample in so many of the pilot's */
-    SPLIT_GRID = 64, /* values of lambda */
-    SPLIT_SEEDS = 4  /* candidates above the cap that a length's chains need at least */
+    SPLIT_PARTS = 8,    /* one sample in so many of the pilot's */
+    SPLIT_GRID = 64,    /* values of lambda */
+    SPLIT_SCALE = 4096, /* candidates of samples alone, which want no more than the image's scale */
+    SPLIT_SEEDS = 4     /* candidates above the cap that a length's chains need at least */
 };
 
 uint64_t plan_split_size(const plan_t *plan, uint64_t units)
@@ -134,6 +139,19 @@ static split_choice_t split_search(const plan_t *plan, const double *ratios)
     return best;
 }
 
+/* No length has chains. The pilot keeps its units, which have fewer candidates, unless the job says how many. */
+static void split_leave_alone(plan_t *plan)
+{
+    const uint64_t units = plan->candidates / plan->candidate_unit;
+    plan->samples_alone = true;
+    for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
+        plan->caps[k - 1] = INFINITY;
+    if (plan->settings.pilot_samples > 0 || plan->candidates <= SPLIT_SCALE)
+        return;
+    plan->candidate_unit = (uint32_t)((SPLIT_SCALE + units - 1) / units);
+    plan->candidates = units * plan->candidate_unit;
+}
+
 static void split_finish(plan_t *plan)
 {
     const uint64_t n = plan->split_units * plan->pilot_unit;
@@ -144,14 +162,20 @@ static void split_finish(plan_t *plan)
     split_choice_t best = split_search(plan, ratios);
     for (uint32_t k = 1; k <= K; k++)
         ratios[k] *= best.rates[k - 1];
-    const split_choice_t second = split_search(plan, ratios);
+    best = split_search(plan, ratios);
+    const split_choice_t alone = split_try(plan, ratios, INFINITY);
+    const double gain = alone.deviation / best.deviation;
+    if (plan->settings.split_gain > 1 && gain * gain < plan->settings.split_gain)
+        best = alone;
     for (uint32_t k = 1; k <= K; k++) {
-        plan->caps[k - 1] = second.lambda * ratios[k];
-        plan->rates[k - 1] = second.rates[k - 1];
+        plan->caps[k - 1] = best.lambda * ratios[k];
+        plan->rates[k - 1] = best.rates[k - 1];
         memset(plan->lengths[k].weights, 0, sizeof(double) * n);
     }
-    plan->split_samples = second.samples;
+    plan->split_samples = best.samples;
     plan->has_caps = true;
+    if (best.lambda == INFINITY)
+        split_leave_alone(plan);
 }
 
 void plan_absorb_split(plan_t *plan, const work_record_t *record, const work_result_t *result)
@@ -215,11 +239,13 @@ fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *f
     if (!plan->has_caps)
         return FAULT_NONE;
     const bool chains = work_runs_chains(record->kind), samples = record->kind == WORK_SAMPLES;
-    record->cap_count = chains ? 1 : plan->settings.max_path_length;
-    record->caps = split_copy(plan->caps + (chains ? record->length - 1 : 0), record->cap_count);
+    if (!plan->samples_alone) {
+        record->cap_count = chains ? 1 : plan->settings.max_path_length;
+        record->caps = split_copy(plan->caps + (chains ? record->length - 1 : 0), record->cap_count);
+    }
     record->rate_count = samples ? plan->settings.max_path_length : 0;
     record->rates = samples ? split_copy(plan->rates, record->rate_count) : NULL;
-    return record->caps && (record->rates || !samples)
+    return (record->caps || plan->samples_alone) && (record->rates || !samples)
                ? FAULT_NONE
                : fault_set(fault, FAULT_MEMORY, "no memory for a unit's caps");
 }
@@ -231,6 +257,7 @@ void plan_split_put(wire_writer_t *out, const plan_t *plan)
     wire_put_u8(out, plan->has_caps);
     if (!plan->has_caps)
         return;
+    wire_put_u8(out, plan->samples_alone);
     wire_put_f64(out, plan->split_samples);
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         wire_put_f64(out, plan->caps[k - 1]);
@@ -249,12 +276,17 @@ void plan_split_get(wire_reader_t *in, plan_t *plan)
     plan->has_caps = !in->code && has_caps;
     if (!plan->has_caps)
         return;
+    const uint8_t alone = wire_get_u8(in, "samples alone");
+    if (!in->code && alone > 1)
+        wire_reader_fail(in, FAULT_FORMAT, "samples alone", "%u", alone);
+    if (!in->code && alone)
+        split_leave_alone(plan);
     plan->split_samples = wire_get_f64(in, "split samples");
     if (!in->code && (!(plan->split_samples >= 0) || !isfinite(plan->split_samples)))
         wire_reader_fail(in, FAULT_RANGE, "split samples", "%g", plan->split_samples);
     for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {
         plan->caps[k - 1] = wire_get_f64(in, "caps");
-        if (!in->code && !(plan->caps[k - 1] >= 0))
+        if (!in->code && !(plan->caps[k - 1] >= 0 && (plan->caps[k - 1] == INFINITY || !plan->samples_alone)))
             wire_reader_fail(in, FAULT_RANGE, "caps", "%g", plan->caps[k - 1]);
     }
     for (uint32_t k = 1; k <= plan->settings.max_path_length && !in->code; k++) {

@@ -43,7 +43,8 @@ struct plan {
     uint64_t pilot_units, in;          /* units of the first phase; units in */
     uint64_t pilot_next;               /* units of the first phase generated so far */
     uint64_t candidates;               /* of the pilot */
-    uint32_t pilot_unit, feature_rows; /* candidates and rows a unit */
+    uint32_t pilot_unit, feature_rows; /* samples of the pilot and rows a unit */
+    uint32_t candidate_unit;           /* candidates a unit: as many, or few where they are not for seeds */
     bool has_candidates;               /* they are all in: b_k and seeds are known */
     uint64_t trial_units, trial_next, trial_in; /* units of trials, after the pilot's: in all, generated, in */
     uint64_t trial_mutations;                   /* of each of their chains */
@@ -56,8 +57,8 @@ struct plan {
     uint64_t split_units; /* with split: units for the choice of the caps, after the sketch's; else 0 */
     uint64_t split_in;    /* of them in */
     uint64_t split_rays[PATH_MAX_LENGTH]; /* what they traced for length k beyond k - 1, in [k - 1] */
-    bool has_caps;
-    double caps[PATH_MAX_LENGTH];  /* of length k in [k - 1], once those units are in; infinite: no chains */
+    bool has_caps, samples_alone;         /* then all caps are infinite */
+    double caps[PATH_MAX_LENGTH];         /* of length k in [k - 1], once those units are in; infinite: no chains */
     double rates[PATH_MAX_LENGTH]; /* how often samples go to length k, in [k - 1], likewise (chain/cutoff.h) */
     double split_samples;     /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
     uint32_t measurable;      /* the last length of which the pilot is sure that it carries light */

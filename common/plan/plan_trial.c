@@ -49,7 +49,7 @@ static void trial_size(plan_t *plan)
 {
     const uint32_t K = plan->settings.max_path_length;
     plan->trial_units = 0;
-    if (!plan->settings.adapt || !plan_is_chains(plan) || plan_is_whole(plan))
+    if (!plan->settings.adapt || !plan_is_chains(plan) || plan_is_whole(plan) || plan->samples_alone)
         return;
     plan_shares(plan);
     double chains = 0;

@@ -23,20 +23,22 @@ typedef struct course {
     double equalize, split;
     bool adapt;
     const char *effects;
-    int pilot; /* 0: 20000 candidates; 65536 are enough for a survey of techniques */
+    int pilot;   /* 0: 20000 candidates; 65536 are enough for a survey of techniques */
+    double gain; /* split_gain, with as many candidates as the plan chooses; 0: the default */
 } course_t;
-static const course_t courses[] = {{"mmlt", 0, 0, false, "", 0},
-                                   {"mmlt", 1, 0, false, "", 0},
-                                   {"mmlt", 0, 20, false, "", 0},
-                                   {"mmlt", 0.5, 3, true, "'caustics':'off'", 0},
-                                   {"bdpt", 0, 0, false, "", 0},
-                                   {"pssmlt", 0, 0, false, "", 0},
-                                   {"pt", 0, 0, false, "'emission':'off','indirect':'off'", 0},
-                                   {"pssmlt", 0.5, 0, false, "", 0},
-                                   {"rjmlt", 1, 500, false, "", 0},
-                                   {"rjmlt", 1, 20, true, "", 0},
-                                   {"cmlt", 0, 0, true, "", 0},
-                                   {"cmlt", 1, 3, true, "'emission':'off'", 65536}};
+static const course_t courses[] = {{"mmlt", 0, 0, false, "", 0, 0},
+                                   {"mmlt", 1, 0, false, "", 0, 0},
+                                   {"mmlt", 0, 20, false, "", 0, 0},
+                                   {"mmlt", 0.5, 3, true, "'caustics':'off'", 0, 0},
+                                   {"bdpt", 0, 0, false, "", 0, 0},
+                                   {"pssmlt", 0, 0, false, "", 0, 0},
+                                   {"pt", 0, 0, false, "'emission':'off','indirect':'off'", 0, 0},
+                                   {"pssmlt", 0.5, 0, false, "", 0, 0},
+                                   {"rjmlt", 1, 500, false, "", 0, 0},
+                                   {"rjmlt", 1, 20, true, "", 0, 0},
+                                   {"cmlt", 0, 0, true, "", 0, 0},
+                                   {"cmlt", 1, 3, true, "'emission':'off'", 65536, 0},
+                                   {"rjmlt", 1, 20, true, "", 0, 1e6}};
 enum { COURSES = sizeof courses / sizeof *courses };
 
 static uint64_t counter;
@@ -50,16 +52,19 @@ static job_t job_with(const course_t *course, const char *stop, const char *more
 {
     char text[512];
     snprintf(text, sizeof text,
-             "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'pilot_samples':"
-             "%d,'equalize':%g,'split':%g,'adapt':%s},'effects':{%s}%s}",
-             course->algorithm, stop, course->pilot ? course->pilot : 20000, course->equalize, course->split,
-             course->adapt ? "true" : "false", course->effects, more);
+             "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'%s':"
+             "%g,'equalize':%g,'split':%g,'adapt':%s},'effects':{%s}%s}",
+             course->algorithm, stop, course->gain > 0 ? "split_gain" : "pilot_samples",
+             course->gain > 0 ? course->gain
+             : course->pilot  ? course->pilot
+                              : 20000,
+             course->equalize, course->split, course->adapt ? "true" : "false", course->effects, more);
     return plan_fixture_job(text);
 }
 
 static job_t job_of(const char *algorithm, const char *stop, const char *more)
 {
-    return job_with(&(course_t){algorithm, 0, 0, false, "", 0}, stop, more);
+    return job_with(&(course_t){algorithm, 0, 0, false, "", 0, 0}, stop, more);
 }
 
 /* ---- order, repetition, restarts ---- */
