@@ -24,7 +24,7 @@ void settings_auto(settings_t *settings)
     settings->partial_step = 0.5;
     settings->equalize = 1;
     settings->split = 20;
-    settings->split_gain = 1.5;
+    settings->split_gain = 2.5;
 }
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
