@@ -65,7 +65,8 @@ static void put_lengths(FILE *out, const report_t *report)
         put_number(out, k->inefficiency, ",");
         put_number(out, k->rays, ",");
         put_number(out, k->steps, ",");
-        put_number(out, k->large_step, LINE_END);
+        put_number(out, k->large_step, ",");
+        put_number(out, k->most, LINE_END);
     }
 }
 
@@ -107,7 +108,8 @@ static void put_effects(FILE *out, const report_t *report)
         put_text(out, effect->state, ",");
         put_text(out, effect->reason, ",");
         put_number(out, effect->energy, ",");
-        put_text(out, effect->consequence, LINE_END);
+        put_text(out, effect->consequence, ",");
+        put_number(out, effect->energy_error, LINE_END);
     }
 }
 
@@ -130,12 +132,12 @@ static const struct {
     [CSV_LENGTHS] =
         {"lengths.csv",
          "length,b,b_standard_error,relmse,share,mutations,chains,cpu_seconds,zero_contribution,longest_stay,"
-         "light,cap,inefficiency,rays,steps,large_step",
+         "light,cap,inefficiency,rays,steps,large_step,most",
          put_lengths},
     [CSV_MOVES] = {"moves.csv", "length,move,proposed,acceptance", put_moves},
     [CSV_TECHNIQUES] = {"techniques.csv", "length,s,t,value,standard_error", put_techniques},
     [CSV_REGIONS] = {"regions.csv", "row,column,luminance,low,high", put_regions},
-    [CSV_EFFECTS] = {"effects.csv", "name,state,reason,energy,consequence", put_effects},
+    [CSV_EFFECTS] = {"effects.csv", "name,state,reason,energy,consequence,energy_error", put_effects},
 };
 
 const char *csv_name(csv_table_t table)

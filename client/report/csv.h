@@ -1,11 +1,6 @@
 /* csv.h: a report (report.h) as tables for other programs: RFC 4180, a line of names first, numbers with all their
  * digits, nothing where a number is not known.
- *
- *     history.csv     seconds,cpu_seconds,mutations,relmse,error
- *     lengths.csv
- * length,b,b_standard_error,relmse,share,mutations,chains,cpu_seconds,zero_contribution,longest_stay moves.csv
- * length,move,proposed,acceptance          length 0: chains of all lengths at once techniques.csv
- * length,s,t,value,standard_error effects.csv     name,state,reason,energy,consequence
+ * The tables and their columns are in docs/reports.md.
  */
 #ifndef CLIENT_REPORT_CSV_H
 #define CLIENT_REPORT_CSV_H

@@ -123,7 +123,9 @@ static void put_verdict(page_t *page)
             page_put(page, ")");
         }
     } else {
-        page_put(page, "The error is <strong>not known</strong>: too few units of work for an estimate");
+        const char *reason = report_text(report, "error", "reason");
+        page_put(page, "The error is <strong>not known</strong>: ");
+        page_say(page, reason ? reason : "too few units of work for an estimate");
     }
     if (isfinite(wall)) {
         page_put(page, ", after <strong>");
@@ -226,6 +228,7 @@ static void put_warnings(page_t *page)
         page_say(page, biased);
         page_put(page, "</p>\n");
     }
+    page_warn_left_out(page);
     warn_of_counts(page);
     warn_of_stays(page);
     if (page->picture && !has_picture(page))
@@ -244,6 +247,7 @@ void page_head(page_t *page)
         put_picture(page);
     page_put(page, "<div>\n");
     put_verdict(page);
+    page_say_trust(page);
     put_tiles(page);
     page_put(page, "</div>\n</div>\n");
     put_warnings(page);

@@ -237,6 +237,15 @@ void page_lengths(page_t *page)
 
 /* ---- b_k ---- */
 
+/* Whether the pilot said what a length may bring at most. */
+static bool is_bounded(const report_t *report)
+{
+    for (uint32_t i = 0; i < report->length_count; i++)
+        if (isfinite(report->lengths[i].most))
+            return true;
+    return false;
+}
+
 /* Whether samples bring a part of any length. */
 static bool is_split(const report_t *report)
 {
@@ -262,6 +271,7 @@ static bool light_range(const report_t *report, double *low, double *high)
     for (uint32_t i = 0; i < report->length_count; i++) {
         widen_range(report->lengths[i].b, low, high);
         widen_range(report->lengths[i].light, low, high);
+        widen_range(report->lengths[i].most, low, high);
     }
     *low = fmax(*low, 1e-8 * *high) / 1.8;
     *high *= 1.8;
@@ -270,13 +280,13 @@ static bool light_range(const report_t *report, double *low, double *high)
 
 static void put_light_plot(page_t *page, double low, double high)
 {
-    static const svg_style_t style = {"var(--c1)", "", 0}, all = {"var(--c5)", "", 1};
+    static const svg_style_t style = {"var(--c1)", "", 0}, all = {"var(--c5)", "", 1}, most = {"var(--c2)", "", 2};
     const report_t *report = page->report;
     svg_t *svg =
         svg_new_embedded(WIDTH, HEIGHT, "light-plot", "The light that paths of each length bring",
                          "Estimates of b over path length on a logarithmic axis, with lines of two standard "
-                         "errors to either side; where samples bring a part, all light of the length as well; the "
-                         "table below has the numbers.");
+                         "errors to either side; where samples bring a part, all light of the length as well; what "
+                         "b may be at most; the table below has the numbers.");
     const svg_panel_t panel = {.left = 52,
                                .top = 24,
                                .width = WIDTH - 62,
@@ -293,6 +303,10 @@ static void put_light_plot(page_t *page, double low, double high)
             snprintf(text, sizeof text, "length %.0f: all light, %.4g", k->length, k->light);
             svg_dot(svg, &panel, i + 0.5, k->light, &all, text);
         }
+        if (k->most >= low) {
+            snprintf(text, sizeof text, "length %.0f: b at most %.4g", k->length, k->most);
+            svg_dot(svg, &panel, i + 0.5, k->most, &most, text);
+        }
         if (!(k->b >= low))
             continue;
         snprintf(text, sizeof text, "length %.0f: b %.4g, standard error %.2g", k->length, k->b, k->b_error);
@@ -305,12 +319,10 @@ static void put_light_plot(page_t *page, double low, double high)
 
 static void put_light_table(page_t *page)
 {
-    static const page_column_t columns[] = {{"Length", false},
-                                            {"b", false},
-                                            {"Relative standard error", false},
-                                            {"All light", false},
-                                            {"Share of the light", false},
-                                            {"Cap", false}};
+    static const page_column_t columns[] = {
+        {"Length", false},  {"b", false},         {"Relative standard error", false},
+        {"At most", false}, {"All light", false}, {"Share of the light", false},
+        {"Cap", false}};
     const report_t *report = page->report;
     const size_t count = sizeof columns / sizeof columns[0] - !is_split(report);
     double sum = 0;
@@ -323,6 +335,7 @@ static void put_light_table(page_t *page)
         page_cell_number(page, PAGE_COUNT, k->length);
         page_cell_number(page, PAGE_NUMBER, k->b);
         page_cell_number(page, PAGE_PERCENT, k->b_error / k->b);
+        page_cell_number(page, PAGE_NUMBER, k->most);
         page_cell_number(page, PAGE_NUMBER, light_of(k));
         page_cell_number(page, PAGE_PERCENT, light_of(k) / sum);
         if (is_split(report))
@@ -341,15 +354,17 @@ void page_light(page_t *page)
     if (light_range(page->report, &low, &high)) {
         page_put(page,
                  "<p>b: the image's light in the scalar that chains follow. Lines: two standard errors to either "
-                 "side.%s</p>\n",
+                 "side.%s%s</p>\n",
                  is_split(page->report) ? " Squares: all light of the length, by the pilot; samples bring of each "
                                           "path what is below the cap, and all "
                                           "where there is none."
-                                        : "");
+                                        : "",
+                 is_bounded(page->report) ? " Triangles: the most that b may be by the pilot (95\xc2\xa0%)." : "");
         put_light_plot(page, low, high);
     } else {
         page_put(page, "<p>No light was found.</p>\n");
     }
+    page_say_missed(page);
     put_light_table(page);
     page_section_end(page);
 }

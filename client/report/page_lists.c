@@ -23,10 +23,18 @@ static void put_state(page_t *page, const char *state)
     page_put(page, "</span></td>");
 }
 
+static void put_energy(page_t *page, const report_effect_t *effect)
+{
+    if (effect->energy == 0 && !isfinite(effect->energy_error))
+        page_put(page, "<td>none met</td>"); /* which is not to say that there is none */
+    else
+        page_cell_measured(page, effect->energy, effect->energy_error);
+}
+
 static void put_effects_table(page_t *page)
 {
     static const page_column_t columns[] = {
-        {"Effect", true}, {"State", true}, {"Why", true}, {"What follows", true}, {"Energy", false}};
+        {"Effect", true}, {"State", true}, {"Why", true}, {"What follows", true}, {"Share of the light", false}};
     page_table(page, "Effects and what was done about them", columns, sizeof columns / sizeof columns[0], false);
     for (uint32_t i = 0; i < page->report->effect_count; i++) {
         const report_effect_t *effect = &page->report->effects[i];
@@ -35,7 +43,7 @@ static void put_effects_table(page_t *page)
         put_state(page, effect->state);
         page_cell_text(page, effect->reason);
         page_cell_text(page, effect->consequence);
-        page_cell_number(page, PAGE_PERCENT, effect->energy);
+        put_energy(page, effect);
         page_row_end(page);
     }
     page_table_end(page, false);
@@ -47,6 +55,7 @@ void page_effects(page_t *page)
     if (report->effect_count == 0)
         return;
     page_section(page, "effects", "wide", "Plan: what was rendered, and what was switched off");
+    page_say_left_out(page);
     put_effects_table(page);
     page_section_end(page);
 }
@@ -208,7 +217,7 @@ static bool is_shown(const char *name)
         "garland",         "instructions", "job",      "algorithm", "biased",         "width",      "height",
         "max_path_length", "stopped_by",   "time",     "error",     "stratification", "rates",      "lengths",
         "chains",          "pilot",        "rejected", "service",   "history",        "prediction", "groups",
-        "effects",         "stuck",        "samples",  "regions"};
+        "effects",         "stuck",        "samples",  "regions",   "left_out",       "missed"};
     for (size_t i = 0; i < sizeof shown / sizeof shown[0]; i++)
         if (strcmp(name, shown[i]) == 0)
             return true;

@@ -89,6 +89,23 @@ void page_say_number(page_t *page, page_kind_t kind, double value)
     page_say(page, page_number(text, kind, value));
 }
 
+/* As many digits as two of the error have. */
+void page_say_measured(page_t *page, double value, double error)
+{
+    if (!isfinite(value) || !(error > 0 && error < 1e3)) {
+        page_say_number(page, PAGE_PERCENT, value);
+        return;
+    }
+    const int digits = (int)fmin(fmax(1 - floor(log10(100 * error)), 0), 6);
+    char text[PAGE_NUMBER_SIZE];
+    if (fabs(value) < 1e3)
+        snprintf(text, sizeof text, "%.*f" SPACE "\xc2\xb1" SPACE "%.*f" SPACE "%%", digits, 100 * value, digits,
+                 100 * error);
+    else
+        page_number(text, PAGE_PERCENT, value);
+    page_say(page, text);
+}
+
 /* ---- sections ---- */
 
 void page_section(page_t *page, const char *id, const char *width, const char *title)
@@ -166,5 +183,12 @@ void page_cell_number(page_t *page, page_kind_t kind, double value)
 {
     page_put(page, "<td>");
     page_say_number(page, kind, value);
+    page_put(page, "</td>");
+}
+
+void page_cell_measured(page_t *page, double value, double error)
+{
+    page_put(page, "<td>");
+    page_say_measured(page, value, error);
     page_put(page, "</td>");
 }

@@ -34,6 +34,15 @@ void page_put(page_t *page, const char *format, ...) __attribute__((format(print
 /* Text from the report, escaped and cut to REPORT_MAX_TEXT; null: nothing. */
 void page_say(page_t *page, const char *text);
 void page_say_number(page_t *page, page_kind_t kind, double value);
+/* A fraction with its standard error, in per cent, "12.34 +- 0.41 %"; without one (NaN) as a number. */
+void page_say_measured(page_t *page, double value, double error);
+
+/* ---- what to doubt (page_doubt.c): a sentence each, or nothing ---- */
+
+void page_say_trust(page_t *page);     /* whether the error's estimate is reliable */
+void page_warn_left_out(page_t *page); /* what light the image lacks as the job says so: a warning */
+void page_say_left_out(page_t *page);  /* and how that was measured */
+void page_say_missed(page_t *page);    /* lengths without chains, and what they may bring at most */
 
 /* ---- sections ---- */
 
@@ -58,6 +67,7 @@ void page_row_end(page_t *page);
 void page_cell_text(page_t *page, const char *text);
 void page_cell_head(page_t *page, const char *text); /* the row's name */
 void page_cell_number(page_t *page, page_kind_t kind, double value);
+void page_cell_measured(page_t *page, double value, double error);
 
 /* ---- the sections, in the page's order ---- */
 

@@ -28,7 +28,8 @@ const char *const page_style[] = {
     ".lead figure{margin:0}\n"
     ".lead img{display:block;width:100%;height:auto;border-radius:8px;background:#000}\n"
     ".verdict{font-size:19px;line-height:1.45;margin:0 0 16px}\n"
-    ".verdict strong{font-weight:650}\n"
+    ".verdict strong,.trust strong{font-weight:650}\n"
+    ".trust{margin:0 0 16px}\n"
     ".tiles{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:10px;margin:0}\n"
     ".alone .tiles{grid-template-columns:repeat(auto-fit,minmax(150px,1fr))}\n"
     ".tiles div{background:var(--surface);border:1px solid var(--line);border-radius:8px;padding:10px 14px}\n"
@@ -37,7 +38,8 @@ const char *const page_style[] = {
     ".tiles small{display:block;font-size:12.5px;font-weight:400;color:var(--muted)}\n"
     ".warn{background:var(--warn-page);color:var(--warn);border-left:4px solid "
     "currentColor;border-radius:4px;padding:8px "
-    "14px;margin:0 0 10px}\n",
+    "14px;margin:0 0 10px}\n"
+    ".warn a{color:inherit}\n",
     "main{display:grid;grid-auto-flow:row dense;grid-template-columns:repeat(2,minmax(0,1fr));gap:18px}\n"
     "section{grid-column:1/-1;background:var(--surface);border:1px solid "
     "var(--line);border-radius:10px;padding:16px "

@@ -90,6 +90,7 @@ static void read_length(report_length_t *length, const json_t *object)
     length->length = report_number_of(object, "length");
     length->b = report_number_of(b, "value");
     length->b_error = report_number_of(b, "standard_error");
+    length->most = report_number_of(object, "most");
     length->light = report_number_of(object, "light");
     length->cap = report_number_of(object, "cap");
     length->relmse = report_number_of(object, "relmse");
@@ -141,6 +142,7 @@ static void read_effects(report_t *report)
                                   .state = report_text_of(at, "state"),
                                   .reason = report_text_of(at, "reason"),
                                   .energy = report_number_of(at, "energy"),
+                                  .energy_error = report_number_of(at, "energy_error"),
                                   .consequence = report_text_of(at, "consequence")};
 }
 

@@ -50,9 +50,9 @@ typedef struct report_technique {
 } report_technique_t;
 
 /* What was done for the paths of one length; for those of all lengths at once `length` is 0. light, cap: where
- * samples bring a part of it. */
+ * samples bring a part of it; most: that b may be. */
 typedef struct report_length {
-    double length, b, b_error, light, cap, relmse, share, mutations, chains, cpu_seconds, zero_contribution,
+    double length, b, b_error, most, light, cap, relmse, share, mutations, chains, cpu_seconds, zero_contribution,
         longest_stay;
     double inefficiency, rays, steps, large_step;     /* by trials before the render */
     double bias_failures, bias_variation, bias_block; /* of failures that are left out */
@@ -64,7 +64,7 @@ typedef struct report_length {
 
 typedef struct report_effect {
     const char *name, *state, *reason, *consequence;
-    double energy;
+    double energy, energy_error;
 } report_effect_t;
 
 /* Mean brightness of a part of the image, and between what it lies. */

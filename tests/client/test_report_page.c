@@ -196,8 +196,66 @@ static void full_report_has_every_section(void **state)
     assert_has(html, "row 1, column 2: 2 (1.9 to 2.1)"); /* a region */
     assert_has(html, ">20\xc2\xa0%</td>");               /* the bias of a block */
     assert_has(html, ">5.5\xc2\xa0%</td>");              /* the deviation of a group */
+    assert_has(html, "length 2: b at most 11.75");
+    assert_has(html, ">11.75</td>");
     free(html);
     report_destroy(&report);
+}
+
+/* What is to be doubted stands in sentences where the figures are; members that are shown are not repeated. */
+static void doubts_are_told(void **state)
+{
+    (void)state;
+    report_t *report = fixture("full.json");
+    char *html = page_of(report);
+    assert_has(html, "This estimate is <strong>not reliable</strong>: one of 16 groups of units brings 31 % of the "
+                     "&quot;squared&quot; error. ");
+    assert_has(html, ">31.0\xc2\xa0\xc2\xb1\xc2\xa0"
+                     "1.2\xc2\xa0%</td>");
+    assert_has(html, ">none met</td>");
+    assert_has(html, "leaves out</a> indirect and dispersion: the image lacks "
+                     "25.60\xc2\xa0\xc2\xb1\xc2\xa0"
+                     "0.41\xc2\xa0% of the light.");
+    assert_has(html, "All that the job leaves out: 25.60\xc2\xa0\xc2\xb1\xc2\xa0"
+                     "0.41\xc2\xa0% of the light");
+    assert_has(html, "16\xc2\xa0"
+                     "384 samples of their own");
+    assert_has(html, "path lengths 5, 7 to 9. They may bring at most 1.35\xc2\xa0% of the light (95\xc2\xa0%).");
+    assert_null(strstr(html, "<h3>missed</h3>"));
+    assert_null(strstr(html, "<h3>left_out</h3>"));
+    free(html);
+    report_destroy(&report);
+}
+
+/* Reports that do not tell all of it, and what the page then says, or (after a minus) does not. */
+static void doubts_may_be_told_in_part(void **state)
+{
+    (void)state;
+    static const char *const cases[][2] = {
+        {"{\"error\": {\"error\": 0.1, \"reliable\": true}}", "Nothing that the render has seen speaks against"},
+        {"{\"error\": {\"error\": 0.1, \"reliable\": false}}", "<strong>not reliable</strong>. The image"},
+        {"{\"error\": {\"error\": 0.1, \"reliable\": null}}", "-class=\"trust"},
+        {"{\"error\": {\"error\": 0.1, \"reliable\": \"no\"}}", "-class=\"trust"},
+        {"{\"error\": {\"error\": 0.1}}", "-class=\"trust"},
+        {"{\"error\": {\"error\": null, \"reliable\": false, \"reason\": \"only 3 units\"}}",
+         "The error is <strong>not known</strong>: only 3 units"},
+        {"{\"error\": {\"error\": null, \"reliable\": false, \"reason\": \"only 3 units\"}}", "-class=\"trust"},
+        {"{\"left_out\": {\"energy\": 0, \"standard_error\": null}}", "some effects: no such light was met"},
+        {"{\"left_out\": {}}", "how much light is not known"},
+        {"{\"left_out\": {\"energy\": 0.5}}", "lacks 50\xc2\xa0% of the light"},
+        {"{\"left_out\": {\"energy\": 1e300, \"standard_error\": 1e-9}}", "lacks 1e+302"},
+        {"{\"lengths\": [{\"length\": 1}], \"missed\": {\"lengths\": [], \"most\": 0}}", "-Missing from the image"},
+        {"{\"lengths\": [{\"length\": 1}], \"missed\": {\"lengths\": [2, 3, 1, 2.5, \"x\", 1e9, 5]}}",
+         "path lengths 2, 3, 5.</p>"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char *html = page_of_text(cases[i][0]);
+        if (cases[i][1][0] == '-')
+            assert_null(strstr(html, cases[i][1] + 1));
+        else
+            assert_has(html, cases[i][1]);
+        free(html);
+    }
 }
 
 /* Every plot says in words what it shows, and ids are unique. */
@@ -430,7 +488,7 @@ static const char *csv_field(const char *at, char *out, size_t size, bool *line_
 static void tables_come_back(void **state)
 {
     (void)state;
-    static const size_t rows[CSV_TABLES] = {4, 4, 8, 2 + 3 + 4 + 5, 4, 2};
+    static const size_t rows[CSV_TABLES] = {4, 4, 8, 2 + 3 + 4 + 5, 4, 4};
     report_t *report = fixture("full.json");
     for (int table = 0; table < CSV_TABLES; table++) {
         char *text = csv_print(report, (csv_table_t)table);
@@ -474,6 +532,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(reader_of_tags_finds_flaws),
         cmocka_unit_test(full_report_has_every_section),
+        cmocka_unit_test(doubts_are_told),
+        cmocka_unit_test(doubts_may_be_told_in_part),
         cmocka_unit_test(plots_have_titles_and_descriptions),
         cmocka_unit_test(page_asks_for_nothing_from_elsewhere),
         cmocka_unit_test(picture_is_within),
