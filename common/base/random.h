@@ -31,9 +31,10 @@ typedef enum random_purpose {
     RANDOM_PURPOSE_FEATURES = 5, /* albedo, normal and depth layers */
     RANDOM_PURPOSE_REFINE = 6,   /* samples that refine b_k */
     RANDOM_PURPOSE_TEST = 7,
-    RANDOM_PURPOSE_PAIRS = 8,    /* pixels of a pilot's pairs of samples */
-    RANDOM_PURPOSE_CUTOFF = 9,   /* how far samples go */
-    RANDOM_PURPOSE_LEFT_OUT = 10 /* samples of what a job leaves out */
+    RANDOM_PURPOSE_PAIRS = 8,     /* pixels of a pilot's pairs of samples */
+    RANDOM_PURPOSE_CUTOFF = 9,    /* how far samples go */
+    RANDOM_PURPOSE_LEFT_OUT = 10, /* samples of what a job leaves out */
+    RANDOM_PURPOSE_PASSES = 11    /* which part of a pass comes first */
 } random_purpose_t;
 
 /* The key of a family of streams; each word passes through the mixer, so that neighbouring values share nothing. */

@@ -1,6 +1,7 @@
 /* samples.c: the image by independent samples: bidirectional path tracing, and path tracing as its special case of
  * the techniques s <= 1. Sample i belongs to pixel i mod (width height): every pass over the image is stratified.
- * With rates each is made up to a length of its own (cutoff.h).
+ * A unit is of samples in a row, or of every n-th (skip): a part of a pass over a large image. With rates each is
+ * made up to a length of its own (cutoff.h).
  */
 #include "chain/cutoff.h"
 #include "chain/sampler.h"
@@ -28,7 +29,7 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
     for (uint64_t i = 0; i < record->count; i++) {
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
-        const uint64_t index = record->first + i;
+        const uint64_t index = record->first + i * (record->skip + 1);
         if (record->rates)
             sampler.longest = cutoff_length(record->rates, record->rate_count,
                                             cutoff_place(settings->seed, index % pixels, index / pixels));

@@ -54,6 +54,7 @@ enum {
     WORK_MAX_CHAINS = 65536,
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
+    WORK_MAX_SKIP = 1 << 20,
     WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
     WORK_STEPS = 16,           /* the most that steps are scaled by, as a power of two */
     WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
@@ -75,6 +76,7 @@ typedef struct work_record {
     uint64_t first;  /* pilot, refine, samples, left out: index of the first sample; chains: id of the first chain;
                         features: first row */
     uint64_t count;  /* of candidates, samples, chains, or rows */
+    uint64_t skip;   /* samples: indices that are passed over from one to the next: a lattice of pixels; else 0 */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
     int32_t steps; /* chains and trials: small steps are longer by two to this power, -WORK_STEPS .. WORK_STEPS */
     int32_t large; /* likewise: large steps are as likely as the settings say times two to this power, <= 0 */

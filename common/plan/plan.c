@@ -97,6 +97,7 @@ void plan_destroy(plan_t **out)
         film_clear(&plan->lengths[k].film);
     }
     plan_groups_clear(&plan->groups);
+    plan_passes_clear(&plan->passes);
     free(plan->units);
     free(plan->pilot_moments);
     free(plan->pilot_blocks);
@@ -219,12 +220,12 @@ static void absorb_squares(plan_t *plan, const film_t *film, double c, double si
     }
 }
 
-static fault_code_t absorb_film(plan_t *plan, plan_length_t *length, const work_result_t *result, fault_t *fault)
+static fault_code_t absorb_film(plan_t *plan, plan_length_t *length, const film_t *film, fault_t *fault)
 {
     if (!length->film.sums)
         TRY(film_init(&length->film, plan->settings.width, plan->settings.height, fault));
-    film_add(&length->film, &result->film);
-    const film_counts_t *counts = &result->film.counts;
+    film_add(&length->film, film);
+    const film_counts_t *counts = &film->counts;
     plan->film_counts.splats += counts->splats;
     plan->film_counts.outside += counts->outside;
     plan->film_counts.nonfinite += counts->nonfinite;
@@ -237,7 +238,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
                                   fault_t *fault)
 {
     plan_length_t *length = &plan->lengths[record->length];
-    TRY(absorb_film(plan, length, result, fault));
+    TRY(absorb_film(plan, length, &result->film, fault));
     const double c = plan_weight(plan, record->length) / plan->weight_max,
                  size = (double)record->mutations / (double)length->unit_mutations;
     absorb_squares(plan, &result->film, c, size);
@@ -264,22 +265,45 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
     return FAULT_NONE;
 }
 
+/* A pass over the image, or several: what is a unit to all estimates. `first`: its first sample. */
+static fault_code_t absorb_pass(plan_t *plan, uint64_t first, uint64_t count, const film_t *film,
+                                double cpu_seconds, fault_t *fault)
+{
+    plan_length_t *all = &plan->lengths[0];
+    TRY(absorb_film(plan, all, film, fault));
+    const double c = plan_weight(plan, 0) / plan->weight_max, size = (double)count / (double)all->unit_mutations;
+    absorb_squares(plan, film, c, size);
+    if (plan->strata)
+        plan_absorb_strata(plan, film, c, size);
+    plan_groups_absorb(&plan->groups, 0, first / all->unit_mutations, count, film, c, size);
+    all->merged += count;
+    all->units_in++;
+    all->cpu_seconds += cpu_seconds;
+    return FAULT_NONE;
+}
+
+/* A pass that was collected, if it is one. */
+static fault_code_t absorb_collected(plan_t *plan, plan_pass_t *pass, fault_t *fault)
+{
+    if (!pass->film.sums)
+        return FAULT_NONE;
+    const fault_code_t code =
+        absorb_pass(plan, pass->number * plan->pixels, pass->count, &pass->film, pass->cpu_seconds, fault);
+    film_clear(&pass->film);
+    return code;
+}
+
 static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, const work_result_t *result,
                                    fault_t *fault)
 {
-    plan_length_t *all = &plan->lengths[0];
-    TRY(absorb_film(plan, all, result, fault));
-    const double c = plan_weight(plan, 0) / plan->weight_max,
-                 size = (double)record->count / (double)all->unit_mutations;
-    absorb_squares(plan, &result->film, c, size);
-    if (plan->strata)
-        plan_absorb_strata(plan, &result->film, c, size);
-    plan_groups_absorb(&plan->groups, 0, record->first / all->unit_mutations, record->count, &result->film, c,
-                       size);
+    plan_pass_t whole;
+    if (plan->passes.parts == 1) {
+        TRY(absorb_pass(plan, record->first, record->count, &result->film, result->stats.cpu_seconds, fault));
+    } else {
+        TRY(plan_passes_take(plan, record, result, &whole, fault));
+        TRY(absorb_collected(plan, &whole, fault));
+    }
     absorb_all_moments(plan, result->moments);
-    all->merged += record->count;
-    all->units_in++;
-    all->cpu_seconds += result->stats.cpu_seconds;
     return FAULT_NONE;
 }
 
@@ -449,13 +473,14 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
 
 /* ---- stopping ---- */
 
-/* Every length that has a share has been seen: the image is whole, if noisy. */
+/* Every length that has a share has been seen: the image is whole, if noisy, or dotted. */
 static bool plan_has_image(const plan_t *plan)
 {
     if (plan->phase != PLAN_RENDER)
         return false;
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        if (plan->lengths[k].share > 0 && plan->lengths[k].budget > 0 && plan->lengths[k].units_in == 0)
+        if (plan->lengths[k].share > 0 && plan->lengths[k].budget > 0 && plan->lengths[k].units_in == 0 &&
+            !(k == 0 && plan_passes_begun(plan)))
             return false;
     return true;
 }
@@ -472,8 +497,12 @@ static bool plan_spent(const plan_t *plan)
 
 static bool plan_stop(plan_t *plan, const char *rule)
 {
+    plan_pass_t parts;
+    fault_t fault = {0};
     plan->stopped = true;
     plan->stopped_by = rule;
+    plan_passes_settle(plan, &parts);
+    absorb_collected(plan, &parts, &fault); /* without memory there is no image of these parts */
     plan_note_error(plan);
     return true;
 }
@@ -494,7 +523,7 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "mutations_per_pixel");
     if (stop->seconds > 0 && seconds >= stop->seconds)
         return plan_stop(plan, "seconds");
-    if (plan->in >= plan->error_next) {
+    if (plan->in >= plan->error_next && !plan_passes_begun(plan)) { /* a dotted image is for a late end alone */
         plan_note_error(plan);
         const uint64_t wait = plan->in / (stop->error > 0 ? 10 : 4); /* the history can do with fewer */
         plan->error_next = plan->in + (wait > 4 ? wait : 4);
@@ -520,8 +549,9 @@ double plan_merged(const plan_t *plan)
 void plan_progress(const plan_t *plan, plan_progress_t *progress)
 {
     const job_stop_t *stop = &plan->job.stop;
+    const double open = plan->stopped ? 0 : (double)plan_passes_waiting(plan);
     *progress = (plan_progress_t){.phase = plan->stopped ? PLAN_DONE : plan->phase,
-                                  .mutations = plan_merged(plan),
+                                  .mutations = plan_merged(plan) + plan_mutations_of(plan, 0) * open,
                                   .error = plan->error,
                                   .seconds = plan->seconds,
                                   .seconds_left = NAN,

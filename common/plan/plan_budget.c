@@ -61,6 +61,8 @@ void plan_size_pilot(plan_t *plan)
     const job_stop_t *stop = &plan->job.stop;
     plan->mutations_total =
         stop->mutations_per_pixel > 0 ? ceil(stop->mutations_per_pixel * (double)plan->pixels) : 0;
+    if (!plan_is_chains(plan)) /* whole passes over the image */
+        plan->mutations_total = ceil(stop->mutations_per_pixel) * (double)plan->pixels;
     double candidates = PILOT_USUAL;
     if (!plan_is_chains(plan))
         candidates = PILOT_SCALE;
@@ -224,14 +226,12 @@ static uint64_t budget_even(uint64_t budget, uint64_t unit)
     return at_least((budget + parts - 1) / at_least(parts, 1), 1);
 }
 
-/* Samples a unit. Whole passes over the image, as each pixel has then the same share of every unit: else the
- * variance between units would be that of the pixel's share as well. Only a budget of less than four passes is cut
- * finer. */
+/* Samples a unit: whole passes over the image, as each pixel has then the same share of every unit: else the
+ * variance between units would be that of the pixel's share as well. (What is one unit here may be made in parts:
+ * plan_passes.h.) */
 static uint64_t budget_samples(const plan_t *plan, uint64_t budget)
 {
     const uint64_t passes = budget / plan->pixels;
-    if (passes < 4)
-        return budget_even(budget, budget / UNITS_LEAST);
     const uint64_t usual = (UNIT_LEAST + plan->pixels - 1) / plan->pixels;
     return plan->pixels * at_least(at_most(usual, passes / UNITS_LEAST), 1);
 }
@@ -300,6 +300,7 @@ void plan_size_render(plan_t *plan)
     plan_shares(plan);
     budget_total(plan);
     budget_units(plan);
+    plan_passes_init(plan);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
         if (plan->lengths[k].share > 0)
             plan->weight_max = fmax(plan->weight_max, plan_weight(plan, k));
@@ -343,9 +344,10 @@ static uint32_t budget_neediest(const plan_t *plan)
         const plan_length_t *length = &plan->lengths[k];
         if (length->share == 0 || length->handed >= length->budget)
             continue;
+        const uint64_t first = plan_is_samples(plan, k) ? plan->pixels : 1; /* or less: a part of a pass */
         const double unit = plan_mutations_of(plan, k) * (double)length->unit_mutations,
                      own = plan_mutations_of(plan, k) * (double)length->handed,
-                     lag = length->handed == 0 ? INFINITY : (length->share * (handed + unit) - own) / unit;
+                     lag = length->handed < first ? INFINITY : (length->share * (handed + unit) - own) / unit;
         if (lag > need) {
             need = lag;
             neediest = k;
@@ -407,11 +409,14 @@ bool plan_render_record(plan_t *plan, work_record_t *record)
     if (length->share == 0 || length->handed >= length->budget)
         return false;
     const bool early = length->units_out < PLAN_EARLY && !plan_is_samples(plan, k);
-    const uint64_t count =
+    uint64_t count =
         at_most(early ? length->early_mutations : length->unit_mutations, length->budget - length->handed);
     if (plan_is_samples(plan, k)) {
-        *record =
-            (work_record_t){.kind = WORK_SAMPLES, .first = length->handed, .count = count, .scale = plan->scale};
+        if (plan_passes_wait(plan))
+            return false;
+        *record = (work_record_t){.kind = WORK_SAMPLES, .scale = plan->scale};
+        plan_passes_place(plan, record);
+        count = record->count;
         if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
             plan_set_idle(plan, record, NULL)) {
             work_record_clear(record);

@@ -17,7 +17,8 @@
 #include "plan/plan_regions.h"
 #include "plan/plan_scatter.h"
 
-/* An estimate needs so many units, and of chains it has to have seen all but a part of what they bring. */
+/* An estimate of chains needs so many units, and has to have seen all but a part of what they bring. Of samples a
+ * single pass over the image will do. */
 enum { ESTIMATE_UNITS = 4 };
 static const double ESTIMATE_UNSEEN = 2;
 
@@ -426,7 +427,7 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
     snprintf(error->reason, sizeof error->reason, "too few units of work for an estimate");
-    if (units < ESTIMATE_UNITS)
+    if (units < (plan_is_chains(plan) ? ESTIMATE_UNITS : 1))
         return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);

@@ -3,8 +3,8 @@
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
  * totals; then per length its sums, candidates and film; squares, of pixels and (chains) of blocks; features;
- * groups, history, stuck chains, trials, what is left out, the survey of techniques. Large arrays are packed (u32
- * size, zstd).
+ * groups, history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole.
+ * Large arrays are packed (u32 size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -163,6 +163,7 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     plan_trial_put(out, plan);
     plan_left_out_put(out, plan);
     plan_survey_put(out, plan);
+    plan_passes_put(out, plan);
 }
 
 fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
@@ -267,6 +268,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     plan_trial_get(in, plan);
     TRY(plan_left_out_get(in, plan));
     TRY(plan_survey_get(in, plan));
+    TRY(plan_passes_get(in, plan, fault));
     plan_predict(plan);
     return wire_reader_end(in);
 }
@@ -274,12 +276,19 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
 /* What the units that are in add up to, by length. */
 typedef struct load_counts {
     uint64_t units[PATH_MAX_VERTICES], merged[PATH_MAX_VERTICES];
+    uint64_t open[PASSES_OPEN]; /* samples of the passes that are not whole */
 } load_counts_t;
 
-static void load_count(load_counts_t *counts, const work_record_t *record)
+static void load_count(load_counts_t *counts, const plan_t *plan, const work_record_t *record)
 {
     if (record->kind != WORK_CHAINS && record->kind != WORK_SAMPLES)
         return;
+    if (record->kind == WORK_SAMPLES && plan->passes.parts > 1) {
+        const uint32_t open = plan_passes_find(plan, record->first / plan->pixels);
+        *(open < PASSES_OPEN ? &counts->open[open] : &counts->merged[0]) += record->count;
+        counts->units[0] = counts->merged[0] / plan->pixels;
+        return;
+    }
     counts->units[record->length]++;
     counts->merged[record->length] += record->kind == WORK_CHAINS ? record->mutations : record->count;
 }
@@ -296,7 +305,7 @@ static fault_code_t load_check_in(wire_reader_t *in, const char *field, double n
 /* Makes the list of units again and marks those that are in. */
 static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count)
 {
-    load_counts_t counts = {{0}, {0}};
+    load_counts_t counts = {{0}, {0}, {0}};
     const uint64_t trials = plan->pilot_units + plan->trial_units, whole = plan->phase == PLAN_RENDER ? trials
                                                                            : plan->has_candidates
                                                                                ? plan->pilot_units
@@ -311,7 +320,7 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         plan->units[i].state = states[i];
         if (states[i] != PLAN_UNIT_IN)
             continue;
-        load_count(&counts, &plan->units[i].record);
+        load_count(&counts, plan, &plan->units[i].record);
         work_record_clear(&plan->units[i].record);
         plan->in++;
     }
@@ -348,6 +357,12 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
                 in, FAULT_FORMAT, "units_in", "%llu with %llu mutations of length %u, expected %llu with %llu",
                 (unsigned long long)plan->lengths[k].units_in, (unsigned long long)plan->lengths[k].merged, k,
                 (unsigned long long)counts.units[k], (unsigned long long)counts.merged[k]);
+    for (uint32_t i = 0; i < plan->passes.count; i++)
+        if (counts.open[i] != plan->passes.open[i].count)
+            return wire_reader_fail(in, FAULT_FORMAT, "open pass", "%llu with %llu samples, expected %llu",
+                                    (unsigned long long)plan->passes.open[i].number,
+                                    (unsigned long long)plan->passes.open[i].count,
+                                    (unsigned long long)counts.open[i]);
     return FAULT_NONE;
 }
 

@@ -6,6 +6,7 @@
 #include "plan/plan_groups.h"
 #include "plan/plan_history.h"
 #include "plan/plan_length.h"
+#include "plan/plan_passes.h"
 
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
 enum { PLAN_SAMPLE_MUTATIONS = 10 };
@@ -79,6 +80,7 @@ struct plan {
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
     plan_groups_t groups;
+    plan_passes_t passes;   /* of samples */
     plan_history_t history; /* of the estimated error */
     double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
     float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */

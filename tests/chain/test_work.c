@@ -50,6 +50,7 @@ static void records_come_back_as_they_were(void **state)
         assert_int_equal(back.length, record.length);
         assert_int_equal(back.first, record.first);
         assert_int_equal(back.count, record.count);
+        assert_int_equal(back.skip, record.skip);
         assert_int_equal(back.mutations, record.mutations);
         assert_true(back.scale == record.scale);
         assert_int_equal(back.idle_count, record.idle_count);
@@ -127,6 +128,9 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = samples, r.scale = NAN, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.scale = INFINITY, r), FAULT_RANGE, "scale");
     refuse_record((r = chains, r.scale = 1, r), FAULT_RANGE, "scale");
+    refuse_record((r = samples, r.skip = WORK_MAX_SKIP + 1, r), FAULT_RANGE, "skip");
+    refuse_record((r = samples, r.skip = UINT64_MAX, r), FAULT_RANGE, "skip");
+    refuse_record((r = samples, r.first = INT64_MAX - 7 * r.count + 1, r), FAULT_RANGE, "skip");
     target_idle_t idle[PATH_MAX_LENGTH + 1] = {{{1 << 1, 0}}, {{0, 0}}, {{1 << 3, 0}}};
     refuse_record((r = pilot, r.idle = idle, r.idle_count = PATH_MAX_LENGTH + 1, r), FAULT_FORMAT, "idle");
     refuse_record((r = chains, r.idle = idle, r.idle_count = 2, r), FAULT_FORMAT, "idle");
@@ -363,7 +367,7 @@ static void splitting_a_unit_changes_nothing(void **state)
         for (int i = 0; i < 2; i++) {
             const uint64_t begin = i ? cut : 0, count = i ? whole.count - cut : cut;
             work_record_t record = whole;
-            record.first += begin;
+            record.first += begin * (whole.skip + 1);
             record.count = count;
             record.mutations = whole.mutations / whole.count * count;
             record.seeds += kind == WORK_CHAINS ? begin : 0;

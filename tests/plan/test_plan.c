@@ -383,7 +383,8 @@ static void as_many_mutations_are_made_as_asked(void **state)
             char stop[64];
             snprintf(stop, sizeof stop, "'mutations_per_pixel':%s", asked[i]);
             const job_t job = job_of(algorithms[a], stop, i % 2 ? "" : ",'film':{'width':17,'height':9}");
-            const double pixels = i % 2 ? 24 * 24 : 17 * 9, total = ceil(strtod(asked[i], NULL) * pixels);
+            const double pixels = i % 2 ? 24 * 24 : 17 * 9, each = strtod(asked[i], NULL),
+                         total = chains ? ceil(each * pixels) : ceil(each) * pixels; /* whole passes */
             plan_worker_t worker;
             plan_worker_make(&worker, &job, &small.scene);
             plan_t *plan = plan_fixture_new(&job, &small.scene);
