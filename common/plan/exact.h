@@ -11,6 +11,12 @@
 __extension__ typedef __int128 exact_int_t;
 __extension__ typedef unsigned __int128 exact_uint_t;
 
+/* To double; most are below 2^64, where the machine does it. */
+static inline double exact_double(exact_uint_t x)
+{
+    return x >> 64 ? (double)x : (double)(uint64_t)x;
+}
+
 typedef struct exact_sum {
     exact_int_t value;
 } exact_sum_t;

@@ -54,25 +54,29 @@ typedef struct scatter_sums {
     double all, over_freedom;
 } scatter_sums_t;
 
+/* Group by group, spot by spot: arrays are passed in their order. */
 static void scatter_add(scatter_sums_t *sums, const scatter_length_t *length, const plan_groups_t *groups,
                         uint32_t k, double factor, const double *weights)
 {
     const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
-    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * groups->spot_count;
-    double squares = 0;
-    for (uint32_t i = 0; i < groups->spot_count; i++) {
-        double sum = 0, parts[PLAN_GROUPS];
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-            sum += (double)spots[(size_t)g * groups->spot_count + i];
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-            parts[g] = factor * ((double)spots[(size_t)g * groups->spot_count + i] -
-                                 (double)counts[g] / length->count * sum);
-            sums->parts[g] += weights[i] * parts[g] * parts[g];
-            squares += weights[i] * parts[g] * parts[g];
+    const uint32_t n = groups->spot_count;
+    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * n;
+    double light[PLAN_SPOTS] = {0}, part[PLAN_SPOTS], squares = 0;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        for (uint32_t i = 0; i < n; i++)
+            light[i] += exact_double(spots[(size_t)g * n + i]);
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        const double share = (double)counts[g] / length->count;
+        double own = 0;
+        for (uint32_t i = 0; i < n; i++) {
+            part[i] = factor * (exact_double(spots[(size_t)g * n + i]) - share * light[i]);
+            own += weights[i] * part[i] * part[i];
         }
         for (uint32_t j = 0; j < SCATTER_DRAWS; j++)
-            for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-                sums->draws[(size_t)j * groups->spot_count + i] += length->contrasts[j][g] * parts[g];
+            for (uint32_t i = 0; i < n; i++)
+                sums->draws[(size_t)j * n + i] += length->contrasts[j][g] * part[i];
+        sums->parts[g] += own;
+        squares += own;
     }
     sums->all += squares;
     sums->over_freedom += squares * squares / (length->alike - 1);
