@@ -11,6 +11,7 @@ typedef struct parallel {
     const renderer_t *renderer;
     double begin;
     double cpu_seconds, merge_seconds;
+    bool plain; /* nobody reads the report: no estimates of the error on the way */
     fault_t fault;
     atomic_bool cancel;
     pthread_mutex_t lock;
@@ -37,6 +38,8 @@ static bool parallel_take(parallel_t *p, uint64_t *unit, work_record_t *record)
             *record = *next;
             return true;
         }
+        if (p->plain && plan_check_stop(p->plan, clock_now() - p->begin))
+            return false;
         pthread_cond_wait(&p->changed, &p->lock);
     }
     return false;
@@ -50,7 +53,8 @@ static void parallel_give(parallel_t *p, uint64_t unit, const uint8_t *data, siz
         parallel_fail(p, &fault);
         return;
     }
-    plan_check_stop(p->plan, clock_now() - p->begin);
+    if (!p->plain)
+        plan_check_stop(p->plan, clock_now() - p->begin);
     if (plan_finished(p->plan))
         p->cancel = true;
     pthread_cond_broadcast(&p->changed);
@@ -127,18 +131,21 @@ static fault_code_t parallel_finish(parallel_run_t *run, const parallel_t *p, fa
     run->mutations = progress.mutations;
     run->cpu_seconds = p->cpu_seconds;
     run->merge_seconds = p->merge_seconds;
-    run->report = plan_report(p->plan);
+    run->report = p->plain ? NULL : plan_report(p->plan);
     return plan_image(p->plan, &run->image, fault);
 }
 
-fault_code_t parallel_render(parallel_run_t *run, const scene_t *scene, const job_t *job, unsigned threads,
-                             fault_t *fault)
+static fault_code_t parallel_job(parallel_run_t *run, const scene_t *scene, const job_t *job, unsigned threads,
+                                 bool plain, fault_t *fault)
 {
     renderer_t *renderer = NULL;
     *run = (parallel_run_t){0};
     if (threads < 1 || threads > PARALLEL_MAX_THREADS)
         return fault_set(fault, FAULT_RANGE, "%u threads, expected 1 to %d", threads, PARALLEL_MAX_THREADS);
-    parallel_t p = {.begin = clock_now(), .lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER};
+    parallel_t p = {.begin = clock_now(),
+                    .plain = plain,
+                    .lock = PTHREAD_MUTEX_INITIALIZER,
+                    .changed = PTHREAD_COND_INITIALIZER};
     fault_code_t code = plan_new(&p.plan, job, scene, fault);
     if (!code)
         code = renderer_new(&renderer, scene, &job->settings, fault);
@@ -153,6 +160,12 @@ fault_code_t parallel_render(parallel_run_t *run, const scene_t *scene, const jo
     if (code)
         parallel_clear(run);
     return code;
+}
+
+fault_code_t parallel_render(parallel_run_t *run, const scene_t *scene, const job_t *job, unsigned threads,
+                             fault_t *fault)
+{
+    return parallel_job(run, scene, job, threads, false, fault);
 }
 
 void parallel_clear(parallel_run_t *run)
@@ -177,12 +190,13 @@ typedef struct seeds {
 static void *seeds_thread(void *user)
 {
     seeds_t *seeds = user;
+    const bool plain = seeds->job->stop.seconds == 0 && seeds->job->stop.error == 0;
     for (unsigned i = seeds->next++; i < seeds->count; i = seeds->next++) {
         fault_t fault = {0};
         parallel_run_t run;
         job_t job = *seeds->job;
         job.settings.seed = seeds->first + i;
-        if (parallel_render(&run, seeds->scene, &job, 1, &fault)) {
+        if (parallel_job(&run, seeds->scene, &job, 1, plain, &fault)) {
             pthread_mutex_lock(&seeds->lock);
             seeds->fault = fault;
             pthread_mutex_unlock(&seeds->lock);

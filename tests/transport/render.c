@@ -8,6 +8,8 @@
 
 #include "base/clock.h"
 
+/* Rules of time and error are not for these jobs: whether one is met is asked when there is nothing left to do,
+ * which leaves out the estimates of the error on the way. */
 static void render_units(render_t *render)
 {
     fault_t fault = {0};
@@ -16,18 +18,19 @@ static void render_units(render_t *render)
     uint64_t unit;
     const work_record_t *record;
     while (!plan_finished(render->plan)) {
-        if (plan_next(render->plan, &unit, &record)) {
-            work_result_t result;
-            uint8_t *data = NULL;
-            size_t size;
-            plan_absorbed_t how;
-            if (work_run(render->space, record, &cancel, &result, &fault) ||
-                work_result_encode(&result, &data, &size, &fault) ||
-                plan_absorb(render->plan, unit, data, size, &how, &fault))
-                fail_msg("unit %llu: %s", (unsigned long long)unit, fault.text);
-            free(data);
+        if (!plan_next(render->plan, &unit, &record)) {
+            plan_check_stop(render->plan, clock_now() - begin);
+            continue;
         }
-        plan_check_stop(render->plan, clock_now() - begin);
+        work_result_t result;
+        uint8_t *data = NULL;
+        size_t size;
+        plan_absorbed_t how;
+        if (work_run(render->space, record, &cancel, &result, &fault) ||
+            work_result_encode(&result, &data, &size, &fault) ||
+            plan_absorb(render->plan, unit, data, size, &how, &fault))
+            fail_msg("unit %llu: %s", (unsigned long long)unit, fault.text);
+        free(data);
     }
 }
 
@@ -42,8 +45,11 @@ void render_image(render_t *render, const scene_t *scene, const char *job_text)
     fault_t fault = {0};
     job_t job;
     *render = (render_t){0};
-    if (job_parse(&job, job_text, strlen(job_text), "job", &fault) ||
-        plan_new(&render->plan, &job, scene, &fault) ||
+    if (job_parse(&job, job_text, strlen(job_text), "job", &fault))
+        fail_msg("%s", fault.text);
+    if (job.stop.seconds > 0 || job.stop.error > 0)
+        fail_msg("a job that ends by time or error: %s", job_text);
+    if (plan_new(&render->plan, &job, scene, &fault) ||
         renderer_new(&render->renderer, scene, &job.settings, &fault) ||
         work_space_new(&render->space, render->renderer, &fault))
         fail_msg("%s", fault.text);

@@ -16,7 +16,8 @@ typedef struct render {
     json_t *report; /* null after render_image */
 } render_t;
 
-/* Runs the job; fails the test if it cannot. */
+/* Runs the job, whose stop rule is a number of mutations; fails the test if it cannot. The report has a history of
+ * one point. */
 void render_run(render_t *render, const scene_t *scene, const char *job_text);
 /* The same for the image alone. */
 void render_image(render_t *render, const scene_t *scene, const char *job_text);
