@@ -185,14 +185,13 @@ void plan_shares(plan_t *plan)
     }
 }
 
-/* Samples beside chains: whole passes over the image, one at least, and what the chains then have. */
+/* Samples beside chains: whole passes over the image, one at least; a tenth of the work or more is left to chains,
+ * if there are any. */
 static uint64_t budget_passes(const plan_t *plan)
 {
-    const double passes =
-        plan->lengths[0].share * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
-    const double most =
-        (plan->samples_alone ? 1 : 0.9) * plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels);
-    return plan->pixels * at_least((uint64_t)rint(fmin(passes, most)), 1);
+    const double all = plan->mutations_total / (PLAN_SAMPLE_MUTATIONS * (double)plan->pixels),
+                 most = plan->samples_alone ? rint(all) : floor(0.9 * all);
+    return plan->pixels * at_least((uint64_t)fmin(rint(plan->lengths[0].share * all), most), 1);
 }
 
 /* Divides the rule's mutations among the lengths, to the last one. */
