@@ -72,10 +72,11 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
         if (!plan->lengths[k].weights)
             code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's candidates");
     }
-    plan->pilot_moments = calloc(plan->candidates / plan->candidate_unit * work_samples_moment(s->max_path_length + 1),
-                                 sizeof *plan->pilot_moments);
-    plan->pilot_blocks =
-        calloc(plan->candidates / plan->candidate_unit * s->max_path_length, WORK_BLOCKS * sizeof *plan->pilot_blocks);
+    plan->pilot_moments =
+        calloc(plan->candidates / plan->candidate_unit * work_samples_moment(s->max_path_length + 1),
+               sizeof *plan->pilot_moments);
+    plan->pilot_blocks = calloc(plan->candidates / plan->candidate_unit * s->max_path_length,
+                                WORK_BLOCKS * sizeof *plan->pilot_blocks);
     if (!plan->pilot_moments || !plan->pilot_blocks)
         code = fault_set(fault, FAULT_MEMORY, "no memory for the pilot's estimates");
 cleanup:
