@@ -51,13 +51,13 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     plan->lengths = calloc(s->max_path_length + 1, sizeof *plan->lengths);
     plan->squares = calloc(plan->pixels, FILM_CHANNELS * sizeof *plan->squares);
     plan->features = calloc(plan->pixels, WORK_FEATURE_CHANNELS * sizeof *plan->features);
-    if (plan_is_chains(plan)) /* and a row of blocks, which are no more than there are in all */
-        plan->strata = calloc(2 * plan_strata(plan), FILM_CHANNELS * sizeof *plan->strata);
-    if (!plan->lengths || !plan->squares || !plan->features || (plan_is_chains(plan) && !plan->strata)) {
+    if (!plan->lengths || !plan->squares || !plan->features) {
         code = fault_set(fault, FAULT_MEMORY, "no memory for an image of %u x %u", s->width, s->height);
         goto cleanup;
     }
-    code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
+    code = plan_is_chains(plan) ? plan_strata_init(plan, fault) : FAULT_NONE;
+    if (!code)
+        code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
     plan_size_pilot(plan);
     plan->survey = calloc(plan_survey_bytes(plan) + 1, 1);
     plan->idle = calloc(s->max_path_length, sizeof *plan->idle);
@@ -243,7 +243,7 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
     const double c = plan_weight(plan, record->length) / plan->weight_max,
                  size = (double)record->mutations / (double)length->unit_mutations;
     absorb_squares(plan, &result->film, c, size);
-    plan_absorb_strata(plan, &result->film, c, size);
+    plan_absorb_strata(plan, record->length, &result->film, c, size);
     plan_groups_absorb(&plan->groups, record->length, plan_unit_number(length, record->first), record->mutations,
                        &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
@@ -275,7 +275,7 @@ static fault_code_t absorb_pass(plan_t *plan, uint64_t first, uint64_t count, co
     const double c = plan_weight(plan, 0) / plan->weight_max, size = (double)count / (double)all->unit_mutations;
     absorb_squares(plan, film, c, size);
     if (plan->strata)
-        plan_absorb_strata(plan, film, c, size);
+        plan_absorb_strata(plan, 0, film, c, size);
     plan_groups_absorb(&plan->groups, 0, first / all->unit_mutations, count, film, c, size);
     all->merged += count;
     all->units_in++;

@@ -78,7 +78,8 @@ struct plan {
     double weight_max;     /* largest b_k / share_k */
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
-    exact_uint_t *strata;  /* chains: the same of sums over blocks, see plan_strata.c; and room for a row of them */
+    exact_uint_t *strata;  /* chains: by length and block of the image the same of the block's sum, and of its
+                              pixels;  and a row of sums (plan_strata.c) */
     plan_groups_t groups;
     plan_passes_t passes;   /* of samples */
     plan_history_t history; /* of the estimated error */

@@ -2,12 +2,15 @@
  *
  * The image is cut into blocks of 8 x 8 pixels. If the errors of a block's pixels are independent, the variance of
  * their sum is the sum of their variances; where a chain wanders about one place they rise and fall together, and
- * it is larger. Both variances are those between units, as in plan_estimate.c, and both are sums over all blocks
- * and channels, over the block's squared mean as the error is:
+ * it is larger. Both variances are those between units, and both are sums over all blocks and channels, over the
+ * block's squared mean as the error is:
  *
  *     sum_B w_B Var(sum_{p in B} x_p) / sum_B w_B sum_{p in B} Var(x_p),    w_B = 1 / (mean_B^2 + 0.01 m^2).
  *
- * The error of b_k is the same factor in all pixels, and not in it.
+ * Each length has its own squares here, of blocks and of their pixels, so that its part of either variance is
+ * unbiased whatever the number and size of its units, as soon as there are two: with squares that all lengths share
+ * (as those of pixels, plan_estimate.c) the few small units that a render begins with would count for more than
+ * they bring to the image. The error of b_k is the same factor in all pixels, and not in it.
  */
 #include "plan/plan_strata.h"
 
@@ -16,16 +19,33 @@
 #include "plan/packed.h"
 #include "plan/plan_estimate.h"
 
-enum { STRATA_SIDE = 8 };
+enum {
+    STRATA_SIDE = 8,
+    STRATA_OF = 2, /* squares of a block and channel: of its sum, and of its pixels */
+    STRATA_UNITS = 4
+};
 
 static size_t strata_across(const plan_t *plan)
 {
     return (plan->settings.width + STRATA_SIDE - 1) / STRATA_SIDE;
 }
 
-size_t plan_strata(const plan_t *plan)
+static size_t strata_count(const plan_t *plan)
 {
     return strata_across(plan) * ((plan->settings.height + STRATA_SIDE - 1) / STRATA_SIDE);
+}
+
+/* Numbers of one length. */
+static size_t strata_length(const plan_t *plan)
+{
+    return STRATA_OF * FILM_CHANNELS * strata_count(plan);
+}
+
+fault_code_t plan_strata_init(plan_t *plan, fault_t *fault)
+{
+    const size_t row = FILM_CHANNELS * strata_across(plan);
+    plan->strata = calloc(strata_length(plan) * (plan->settings.max_path_length + 1) + row, sizeof *plan->strata);
+    return plan->strata ? FAULT_NONE : fault_set(fault, FAULT_MEMORY, "no memory for blocks of the image");
 }
 
 static size_t strata_of(const plan_t *plan, size_t pixel)
@@ -35,109 +55,115 @@ static size_t strata_of(const plan_t *plan, size_t pixel)
 }
 
 /* One row of blocks at a time: its sums are exact, whatever they are. */
-void plan_absorb_strata(plan_t *plan, const film_t *film, double c, double size)
+void plan_absorb_strata(plan_t *plan, uint32_t k, const film_t *film, double c, double size)
 {
     const double scale = c / sqrt(size) / FILM_ONE * 0x1p20;
     const size_t across = FILM_CHANNELS * strata_across(plan);
-    exact_uint_t *row = plan->strata + FILM_CHANNELS * plan_strata(plan);
-    for (uint32_t top = 0; top < film->height; top += STRATA_SIDE) {
+    exact_uint_t *row = plan->strata + strata_length(plan) * (plan->settings.max_path_length + 1),
+                 *squares = plan->strata + strata_length(plan) * k;
+    for (uint32_t top = 0; top < film->height; top += STRATA_SIDE, squares += STRATA_OF * across) {
         for (size_t i = 0; i < across; i++)
             row[i] = 0;
         for (uint32_t y = top; y < film->height && y < top + STRATA_SIDE; y++)
             for (uint32_t x = 0; x < film->width; x++)
-                for (size_t i = 0; i < FILM_CHANNELS; i++)
-                    row[x / STRATA_SIDE * FILM_CHANNELS + i] +=
-                        (uint64_t)film->sums[((size_t)y * film->width + x) * FILM_CHANNELS + i];
+                for (size_t channel = 0; channel < FILM_CHANNELS; channel++) {
+                    const int64_t sum = film->sums[((size_t)y * film->width + x) * FILM_CHANNELS + channel];
+                    const size_t i = x / STRATA_SIDE * FILM_CHANNELS + channel;
+                    const double own = (double)sum * scale;
+                    row[i] += (uint64_t)sum;
+                    squares[STRATA_OF * i + 1] += (exact_uint_t)(own * own + 0.5);
+                }
         for (size_t i = 0; i < across; i++) {
             const double x = (double)row[i] * scale;
-            plan->strata[top / STRATA_SIDE * across + i] += (exact_uint_t)(x * x + 0.5);
+            squares[STRATA_OF * i] += (exact_uint_t)(x * x + 0.5);
         }
     }
 }
 
 /* Of one block and channel. */
 typedef struct strata_block {
-    double value, pixels; /* of the image: its sum over the block, and how many pixels those are */
-    double variances;     /* sum over pixels */
-    double taken;         /* what the mean takes off the squares of the block's sums */
+    double value;            /* of the image: its sum over the block */
+    double sum, own;         /* of one length's film: its sum, and the sum of its pixels' squares */
+    double pixels, variance; /* their number; what a weight is multiplied with: of the block's sum, */
+    double variances;        /* and of its pixels, summed */
 } strata_block_t;
 
-/* Films are added one after the other, as the square of a block's sum is each length's own. */
-static void strata_add(const plan_pixels_t *pixels, uint32_t i, size_t channel, strata_block_t *blocks,
-                       double *sums)
+/* The film of one length, by block and channel. */
+static void strata_sum(const plan_pixels_t *pixels, uint32_t i, strata_block_t *blocks)
 {
     const plan_t *plan = pixels->plan;
-    const size_t count = plan_strata(plan);
+    const size_t count = FILM_CHANNELS * strata_count(plan);
     for (size_t b = 0; b < count; b++)
-        sums[b] = 0;
+        blocks[b].sum = blocks[b].own = 0;
     for (size_t p = 0; p < plan->pixels; p++) {
-        strata_block_t *block = &blocks[strata_of(plan, p)];
-        const double sum = (double)pixels->sums[i][FILM_CHANNELS * p + channel];
-        sums[strata_of(plan, p)] += sum;
-        block->value += sum * pixels->factor[i];
-        block->variances -= sum * sum * pixels->square[i];
-    }
-    for (size_t b = 0; b < count; b++)
-        blocks[b].taken += sums[b] * sums[b] * pixels->square[i];
-}
-
-static void strata_channel(const plan_pixels_t *pixels, size_t channel, strata_block_t *blocks, double *sums)
-{
-    const plan_t *plan = pixels->plan;
-    const size_t count = plan_strata(plan);
-    for (size_t b = 0; b < count; b++)
-        blocks[b] = (strata_block_t){0};
-    for (uint32_t i = 0; i < pixels->count; i++)
-        strata_add(pixels, i, channel, blocks, sums);
-    for (size_t p = 0; p < plan->pixels; p++) {
-        strata_block_t *block = &blocks[strata_of(plan, p)];
-        block->pixels++;
-        block->variances += (double)plan->squares[FILM_CHANNELS * p + channel] * pixels->squares_factor;
+        strata_block_t *block = &blocks[FILM_CHANNELS * strata_of(plan, p)];
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            const double sum = (double)pixels->sums[i][FILM_CHANNELS * p + c];
+            block[c].sum += sum;
+            block[c].own += sum * sum;
+        }
     }
 }
 
-/* The mean of the image's luminance. */
-static double strata_level(const plan_pixels_t *pixels)
+/* Adds one length: its light, and its variances. */
+static void strata_add(const plan_pixels_t *pixels, uint32_t i, strata_block_t *blocks)
 {
-    double sum[FILM_CHANNELS] = {0};
-    for (uint32_t i = 0; i < pixels->count; i++)
-        for (size_t p = 0; p < FILM_CHANNELS * pixels->plan->pixels; p++)
-            sum[p % FILM_CHANNELS] += (double)pixels->sums[i][p] * pixels->factor[i];
-    return rgb_luminance(rgb(sum[0], sum[1], sum[2])) / (double)pixels->plan->pixels;
+    const plan_t *plan = pixels->plan;
+    const size_t count = FILM_CHANNELS * strata_count(plan);
+    const exact_uint_t *squares = plan->strata + strata_length(plan) * pixels->lengths[i];
+    strata_sum(pixels, i, blocks);
+    for (size_t b = 0; b < count; b++) {
+        strata_block_t *block = &blocks[b];
+        const double of_block = (double)squares[STRATA_OF * b] * pixels->squares_factor,
+                     of_pixels = (double)squares[STRATA_OF * b + 1] * pixels->squares_factor;
+        block->value += block->sum * pixels->factor[i];
+        block->variance += (of_block - block->sum * block->sum * pixels->square[i]) * pixels->excess[i];
+        block->variances += (of_pixels - block->own * pixels->square[i]) * pixels->excess[i];
+    }
+}
+
+static double strata_ratio(const plan_t *plan, const strata_block_t *blocks)
+{
+    const size_t count = strata_count(plan);
+    double of_blocks = 0, of_pixels = 0, level = 0;
+    for (size_t b = 0; b < count; b++) {
+        const strata_block_t *block = &blocks[FILM_CHANNELS * b];
+        level += rgb_luminance(rgb(block[0].value, block[1].value, block[2].value)) / (double)plan->pixels;
+    }
+    for (size_t b = 0; b < FILM_CHANNELS * count; b++) {
+        const double mean = blocks[b].value / blocks[b].pixels, weight = 1 / (mean * mean + 0.01 * level * level);
+        of_blocks += weight * blocks[b].variance;
+        of_pixels += weight * blocks[b].variances;
+    }
+    return of_pixels > 0 && of_blocks > 0 ? of_blocks / of_pixels : NAN;
 }
 
 double plan_estimate_strata(const plan_t *plan)
 {
-    uint64_t units = 0;
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
-        units += plan->lengths[k].units_in;
-    if (units < 16 || !plan->strata)
+        if (plan->lengths[k].share > 0 && plan->lengths[k].units_in < STRATA_UNITS)
+            return NAN;
+    if (plan->phase != PLAN_RENDER || !plan->strata)
         return NAN;
-    const size_t count = plan_strata(plan);
-    strata_block_t *blocks = malloc(sizeof *blocks * count);
-    double *sums = malloc(sizeof *sums * count), of_blocks = 0, of_pixels = 0;
-    if (blocks && sums) {
+    strata_block_t *blocks = calloc(FILM_CHANNELS * strata_count(plan), sizeof *blocks);
+    double ratio = NAN;
+    if (blocks) {
         plan_pixels_t pixels;
         plan_pixels_init(&pixels, plan);
-        const double level = strata_level(&pixels), floor = 0.01 * level * level;
-        for (size_t channel = 0; channel < FILM_CHANNELS; channel++) {
-            strata_channel(&pixels, channel, blocks, sums);
-            for (size_t b = 0; b < count; b++) {
-                const double mean = blocks[b].value / blocks[b].pixels, weight = 1 / (mean * mean + floor);
-                const double squares = (double)plan->strata[FILM_CHANNELS * b + channel] * pixels.squares_factor;
-                of_blocks += weight * (squares - blocks[b].taken);
-                of_pixels += weight * blocks[b].variances;
-            }
-        }
+        for (size_t p = 0; p < plan->pixels; p++)
+            for (size_t c = 0; c < FILM_CHANNELS; c++)
+                blocks[FILM_CHANNELS * strata_of(plan, p) + c].pixels++;
+        for (uint32_t i = 0; i < pixels.count; i++)
+            strata_add(&pixels, i, blocks);
+        ratio = strata_ratio(plan, blocks);
     }
     free(blocks);
-    free(sums);
-    return of_pixels > 0 && of_blocks > 0 ? of_blocks / of_pixels : NAN;
+    return ratio;
 }
 
 static size_t strata_size(const plan_t *plan)
 {
-    return FILM_CHANNELS * plan_strata(plan) * sizeof *plan->strata;
+    return plan->strata ? strata_length(plan) * (plan->settings.max_path_length + 1) * sizeof *plan->strata : 0;
 }
 
 void plan_strata_put(wire_writer_t *out, const plan_t *plan)

@@ -4,11 +4,12 @@
 
 #include "plan/plan_state.h"
 
-/* Blocks of the image; three of plan->strata each. */
-size_t plan_strata(const plan_t *plan);
-/* Adds the squares of a unit's sums over blocks, as absorb_squares those of its pixels. */
-void plan_absorb_strata(plan_t *plan, const film_t *film, double c, double size);
-/* Variance of the blocks' sums over the sum of their pixels' variances; NaN while there are too few units. */
+/* Makes plan->strata; the plan frees it. */
+fault_code_t plan_strata_init(plan_t *plan, fault_t *fault);
+/* Adds the squares of a unit of lengths[k], of its sums over blocks and of its pixels; c, size as for
+ * plan->squares. */
+void plan_absorb_strata(plan_t *plan, uint32_t k, const film_t *film, double c, double size);
+/* Variance of the blocks' sums over the sum of their pixels' variances; NaN while a length has too few units. */
 double plan_estimate_strata(const plan_t *plan);
 
 /* As bytes, where there are strata (packed.h). Hostile bytes back. */

@@ -10,13 +10,15 @@
 
 #include <cmocka.h>
 
+#include "plan/plan_estimate.h"
 #include "plan/plan_fixture.h"
 #include "plan/plan_state.h"
 #include "plan/plan_strata.h"
+#include "support/sanitized.h"
 
 enum { WIDTH = 21, HEIGHT = 13, PIXELS = WIDTH * HEIGHT, UNITS = 256 };
 
-/* What a unit of chains brought: its film, times what it weighs in the image, over its size. */
+/* What a unit of chains brought: its film over its size. */
 typedef struct unit_film {
     uint32_t length;
     double size, values[3 * PIXELS];
@@ -36,7 +38,7 @@ static void keep_film(unit_films_t *films, const plan_t *plan, const work_record
     unit->length = record->length;
     unit->size = (double)record->mutations / (double)length->unit_mutations;
     for (int i = 0; i < 3 * PIXELS; i++)
-        unit->values[i] = (double)result->film.sums[i] * length->b / length->share / unit->size;
+        unit->values[i] = (double)result->film.sums[i] / unit->size;
 }
 
 static void run_and_keep(plan_t *plan, plan_worker_t *worker, unit_films_t *films)
@@ -62,13 +64,14 @@ static void run_and_keep(plan_t *plan, plan_worker_t *worker, unit_films_t *film
     }
 }
 
-/* Sum of squared deviations from the mean of the units of a length, as units of different size weigh; summed over
- * lengths. Of the sum over a rectangle of pixels. */
-static double deviations(const unit_films_t *films, int channel, int left, int top, int right, int bottom)
+/* The image's variance, of its sum over a rectangle of pixels: of each length from the squared deviations of its
+ * units from their mean, as units of different size weigh. */
+static double variance_of(const plan_t *plan, const unit_films_t *films, int channel, int left, int top, int right,
+                          int bottom)
 {
-    double sum = 0;
+    double variance = 0;
     for (uint32_t k = 0; k <= 5; k++) {
-        double values[UNITS], mean = 0, sizes = 0;
+        double values[UNITS], mean = 0, sizes = 0, sum = 0, units = 0, error;
         for (uint32_t u = 0; u < films->count; u++) {
             const unit_film_t *unit = &films->units[u];
             values[u] = 0;
@@ -77,14 +80,19 @@ static double deviations(const unit_films_t *films, int channel, int left, int t
                     values[u] += unit->values[3 * (y * WIDTH + x) + channel];
             mean += unit->length == k ? values[u] * unit->size : 0;
             sizes += unit->length == k ? unit->size : 0;
+            units += unit->length == k;
         }
+        if (units == 0)
+            continue;
         for (uint32_t u = 0; u < films->count; u++)
             if (films->units[u].length == k) {
                 const double off = values[u] - mean / sizes;
                 sum += films->units[u].size * off * off;
             }
+        const double factor = plan_film_b(plan, k, &error) / (double)plan->lengths[k].merged;
+        variance += factor * factor * sizes * sum / (units - 1);
     }
-    return sum;
+    return variance;
 }
 
 static double by_definition(const plan_t *plan, const unit_films_t *films)
@@ -104,10 +112,10 @@ static double by_definition(const plan_t *plan, const unit_films_t *films)
                 for (int y = top; y < bottom; y++)
                     for (int x = left; x < right; x++) {
                         mean += (double)planes[c][y * WIDTH + x] / ((right - left) * (bottom - top));
-                        parts += deviations(films, c, x, y, x + 1, y + 1);
+                        parts += variance_of(plan, films, c, x, y, x + 1, y + 1);
                     }
                 const double weight = 1 / (mean * mean + 0.01 * level * level);
-                of_blocks += weight * deviations(films, c, left, top, right, bottom);
+                of_blocks += weight * variance_of(plan, films, c, left, top, right, bottom);
                 of_pixels += weight * parts;
             }
     image_clear(&image);
@@ -148,6 +156,58 @@ static void it_is_what_it_is_defined_to_be(void **state)
     (void)state;
     check_definition("mmlt");
     check_definition("pssmlt");
+}
+
+static uint64_t fewest_units(const plan_t *plan)
+{
+    uint64_t fewest = UINT64_MAX;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
+        if (plan->lengths[k].share > 0 && plan->lengths[k].units_in < fewest)
+            fewest = plan->lengths[k].units_in;
+    return fewest;
+}
+
+/* Told as soon as each length has four units, and then right in the mean, though the first units of a length are
+ * small, and as many of a dim length as of a bright one. Logarithms of what is told first over what is told in the
+ * end, over 16 seeds: 5 standard errors are a false alarm in 1 of 6 000 runs. */
+static void first_words_are_as_the_last(void **state)
+{
+    (void)state;
+    enum { SEEDS = 16 };
+    if (SANITIZED)
+        skip();
+    double sum = 0, sum2 = 0;
+    small_scene_t small;
+    small_scene_diffuse(&small);
+    for (int seed = 1; seed <= SEEDS; seed++) {
+        char text[256];
+        snprintf(text, sizeof text,
+                 "{'scene':'x','algorithm':'mmlt','max_path_length':5,'seed':%d,'film':{'width':48,'height':48},"
+                 "'stop':{'mutations_per_pixel':400}}",
+                 seed);
+        const job_t job = plan_fixture_job(text);
+        plan_worker_t worker;
+        double first = NAN;
+        plan_worker_make(&worker, &job, &small.scene);
+        plan_t *plan = plan_fixture_new(&job, &small.scene);
+        while (!plan_check_stop(plan, 0)) {
+            assert_true(plan_fixture_step(plan, &worker));
+            if (isfinite(first))
+                continue;
+            first = plan_estimate_strata(plan);
+            assert_true(isfinite(first) == (plan->phase == PLAN_RENDER && fewest_units(plan) >= 4));
+        }
+        const double x = log(first / plan_estimate_strata(plan));
+        sum += x / SEEDS;
+        sum2 += x * x / SEEDS;
+        plan_destroy(&plan);
+        plan_worker_clear(&worker);
+    }
+    small_scene_clear(&small);
+    const double error = sqrt((sum2 - sum * sum) / (SEEDS - 1));
+    print_message("first over last: log %.3f +- %.3f\n", sum, error);
+    assert_true(error < 0.15);
+    assert_true(fabs(sum) < 5 * error);
 }
 
 static double measure(const small_scene_t *small, const char *chains, int seed)
@@ -205,6 +265,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_is_what_it_is_defined_to_be),
+        cmocka_unit_test(first_words_are_as_the_last),
         cmocka_unit_test(long_chains_make_blotches),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
