@@ -7,9 +7,7 @@
 #include "plan/plan_state.h"
 
 enum {
-    PART_USUAL = 1 << 17, /* samples: half a second or so, and packing a film of two million pixels a tenth */
-    PART_FIRST = 1 << 16, /* of the first pass, under a rule of seconds */
-    LATTICE_CHOICE = 64   /* numbers of parts to choose from */
+    PART_USUAL = 1 << 17 /* samples: half a second or so; packing a film of two million pixels takes a tenth */
 };
 
 /* ---- how a pass is cut ---- */
@@ -26,11 +24,12 @@ static double lattice_quality(uint32_t width, uint32_t parts)
     return shortest / parts;
 }
 
-/* About so many parts, such that every so-many-th pixel is spread evenly over the image, not in columns. */
-static uint32_t lattice_parts(uint32_t width, uint32_t about)
+/* So many parts or up to half as many more, such that every so-many-th pixel is spread evenly over the image, not
+ * in columns. */
+static uint32_t lattice_parts(uint32_t width, uint32_t least)
 {
-    uint32_t best = about;
-    for (uint32_t parts = about; parts < about + LATTICE_CHOICE && parts < 2 * about; parts++)
+    uint32_t best = least;
+    for (uint32_t parts = least; parts < least + least / 2; parts++)
         if (lattice_quality(width, parts) > lattice_quality(width, best))
             best = parts;
     return best;
@@ -57,13 +56,12 @@ void plan_passes_init(plan_t *plan)
     plan_passes_t *passes = &plan->passes;
     passes->parts = (uint32_t)((plan->pixels + PART_USUAL - 1) / PART_USUAL);
     passes->lattice = 0;
-    if (plan->job.stop.seconds > 0 && plan->pixels >= 2 * PART_FIRST) {
-        passes->lattice = lattice_parts(plan->settings.width, (uint32_t)(plan->pixels / PART_FIRST));
-        passes->begin = (uint32_t)(random_u64(random_key(plan->settings.seed, RANDOM_PURPOSE_PASSES, 0, 0), 0) %
-                                   (PLAN_EARLY * passes->lattice));
-        passes->step = lattice_step(passes->lattice);
-        passes->parts = passes->parts > 1 ? passes->parts : 2;
-    }
+    if (!(plan->job.stop.seconds > 0) || passes->parts == 1)
+        return;
+    const uint64_t key = random_key(plan->settings.seed, RANDOM_PURPOSE_PASSES, 0, 0);
+    passes->lattice = lattice_parts(plan->settings.width, passes->parts);
+    passes->begin = (uint32_t)(random_u64(key, 0) % (PASSES_EARLY * passes->lattice));
+    passes->step = lattice_step(passes->lattice);
 }
 
 void plan_passes_clear(plan_passes_t *passes)
@@ -78,7 +76,7 @@ void plan_passes_clear(plan_passes_t *passes)
 /* Units of the first pass. */
 static uint64_t passes_first(const plan_passes_t *passes)
 {
-    return passes->lattice > 0 ? PLAN_EARLY + passes->lattice - 1 : passes->parts;
+    return passes->lattice > 0 ? PASSES_EARLY + passes->lattice - 1 : passes->parts;
 }
 
 bool plan_passes_wait(const plan_t *plan)
@@ -105,9 +103,9 @@ void plan_passes_place(const plan_t *plan, work_record_t *record)
         record->first = pixels * pass + begin;
         record->count = pixels * (part + 1) / passes->parts - begin;
     } else {
-        const bool early = unit < PLAN_EARLY;
-        const uint64_t stride = early ? PLAN_EARLY * passes->lattice : passes->lattice,
-                       turn = early ? unit * passes->lattice : (unit - PLAN_EARLY + 1) * passes->step;
+        const bool early = unit < PASSES_EARLY;
+        const uint64_t stride = early ? PASSES_EARLY * passes->lattice : passes->lattice,
+                       turn = early ? unit * passes->lattice : (unit - PASSES_EARLY + 1) * passes->step;
         record->first = (passes->begin + turn) % stride;
         record->skip = stride - 1;
         record->count = (pixels - record->first + stride - 1) / stride;

@@ -14,7 +14,7 @@
  * m / P are an unbiased image, at every pixel, if a dotted one. Its parts cost alike, so which of them are in when
  * time is over says nothing about what they bring. plan_passes_settle adds them at the end of such a render.
  *
- * Units of samples in the order of handing out: the first pass' parts, of which the first PLAN_EARLY share the
+ * Units of samples in the order of handing out: the first pass' parts, of which the first PASSES_EARLY share the
  * pixels of one, so that there is an image early; then those of the second pass, rows from the top; and so on. A
  * small image has one unit a pass, or several passes a unit.
  *
@@ -26,7 +26,10 @@
 #include "chain/work.h"
 #include "plan/plan.h"
 
-enum { PASSES_OPEN = 16 /* at most so many are begun and not whole: each has a film */ };
+enum {
+    PASSES_OPEN = 16, /* at most so many are begun and not whole: each has a film */
+    PASSES_EARLY = 8
+};
 
 /* A pass that is not whole. */
 typedef struct plan_pass {

@@ -101,8 +101,8 @@ static void any_pixel_may_be_in_any_part(void **state)
     plan_t plan;
     plan_length_t samples;
     make_plan(&plan, &samples, WIDTH, HEIGHT, 3);
-    const uint32_t begins = PLAN_EARLY * plan.passes.lattice;
-    const uint64_t units = PLAN_EARLY + plan.passes.lattice - 1;
+    const uint32_t begins = PASSES_EARLY * plan.passes.lattice;
+    const uint64_t units = PASSES_EARLY + plan.passes.lattice - 1;
     for (uint64_t m = 1; m <= units; m++) {
         uint32_t *often = calloc(PIXELS, sizeof *often);
         for (plan.passes.begin = 0; plan.passes.begin < begins; plan.passes.begin++) {
@@ -114,14 +114,14 @@ static void any_pixel_may_be_in_any_part(void **state)
                     often[record.first + i * (record.skip + 1)]++;
             }
         }
-        const uint32_t expected = (uint32_t)(m <= PLAN_EARLY ? m : PLAN_EARLY * (m - PLAN_EARLY + 1));
+        const uint32_t expected = (uint32_t)(m <= PASSES_EARLY ? m : PASSES_EARLY * (m - PASSES_EARLY + 1));
         for (size_t p = 0; p < PIXELS; p++)
             assert_int_equal(often[p], expected);
         free(often);
     }
 }
 
-/* No two pixels of a lattice of some thirty parts are nearer than half of what they were in a square grid. */
+/* No two pixels of a lattice of some twenty parts are nearer than half of what they were in a square grid. */
 static void pixels_of_a_part_are_spread(void **state)
 {
     (void)state;
@@ -329,7 +329,7 @@ static void check_blocks(const char *algorithm, const char *film, const char *st
     }
 }
 
-/* Two of the five units of the first pass. */
+/* Two of the nine units of the first pass. */
 static void an_end_within_the_first_pass_is_unbiased(void **state)
 {
     (void)state;
