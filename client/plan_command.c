@@ -84,10 +84,19 @@ static void print_reason(const job_t *job, const json_t *report)
                settings_algorithm_name(usual.algorithm));
         return;
     }
-    printf("  by \"auto\": with samples beside its chains and for relative error, best over the scenes of "
-           "docs/gains.md\n");
-    const double samples = number_of(json_get(report, "samples"), "share");
+    printf(
+        "  by \"auto\": samples, and beside them chains for relative error where they are worth it, best over the "
+        "scenes of docs/gains.md\n");
+    const double samples = number_of(json_get(report, "samples"), "share"),
+                 promise = number_of(json_get(report, "samples"), "promise");
+    bool alone = false;
     if (isfinite(samples))
+        json_read_bool_or(json_get(report, "samples"), "samples", "alone", &alone, NULL);
+    if (alone)
+        printf("  by this scene's pilot samples alone: for the same error they need %.3g times the work of samples "
+               "with chains, which are run from %.3g on\n",
+               promise, job->settings.split_gain);
+    else if (isfinite(samples))
         printf("  by this scene's pilot samples get %.3g %% of the work, chains the rest, for what samples seldom "
                "find\n",
                100 * samples);

@@ -281,6 +281,8 @@ json_t *plan_report(const plan_t *plan)
         json_add_number(samples, "share", plan->lengths[0].share);
         json_add_number(samples, "samples", (double)plan->lengths[0].merged);
         json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);
+        json_add_bool(samples, "alone", plan->samples_alone);
+        json_add_number(samples, "promise", plan->split_promise);
         json_add(root, "samples", samples);
     }
     if (plan_is_chains(plan) && !plan_is_whole(plan) && !plan_splits(plan) && plan->phase != PLAN_PILOT)

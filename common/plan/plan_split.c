@@ -164,8 +164,9 @@ static void split_finish(plan_t *plan)
         ratios[k] *= best.rates[k - 1];
     best = split_search(plan, ratios);
     const split_choice_t alone = split_try(plan, ratios, INFINITY);
-    const double gain = alone.deviation / best.deviation;
-    if (plan->settings.split_gain > 1 && gain * gain < plan->settings.split_gain)
+    const double less = best.deviation > 0 ? alone.deviation / best.deviation : 1;
+    plan->split_promise = less * less;
+    if (plan->settings.split_gain > 1 && plan->split_promise < plan->settings.split_gain)
         best = alone;
     for (uint32_t k = 1; k <= K; k++) {
         plan->caps[k - 1] = best.lambda * ratios[k];
@@ -258,6 +259,7 @@ void plan_split_put(wire_writer_t *out, const plan_t *plan)
     if (!plan->has_caps)
         return;
     wire_put_u8(out, plan->samples_alone);
+    wire_put_f64(out, plan->split_promise);
     wire_put_f64(out, plan->split_samples);
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         wire_put_f64(out, plan->caps[k - 1]);
@@ -281,6 +283,9 @@ void plan_split_get(wire_reader_t *in, plan_t *plan)
         wire_reader_fail(in, FAULT_FORMAT, "samples alone", "%u", alone);
     if (!in->code && alone)
         split_leave_alone(plan);
+    plan->split_promise = wire_get_f64(in, "split promise");
+    if (!in->code && (!(plan->split_promise >= 0) || !isfinite(plan->split_promise)))
+        wire_reader_fail(in, FAULT_RANGE, "split promise", "%g", plan->split_promise);
     plan->split_samples = wire_get_f64(in, "split samples");
     if (!in->code && (!(plan->split_samples >= 0) || !isfinite(plan->split_samples)))
         wire_reader_fail(in, FAULT_RANGE, "split samples", "%g", plan->split_samples);

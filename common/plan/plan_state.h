@@ -61,6 +61,7 @@ struct plan {
     bool has_caps, samples_alone;         /* then all caps are infinite */
     double caps[PATH_MAX_LENGTH];         /* of length k in [k - 1], once those units are in; infinite: no chains */
     double rates[PATH_MAX_LENGTH]; /* how often samples go to length k, in [k - 1], likewise (chain/cutoff.h) */
+    double split_promise;          /* work of samples alone over that of the best choice, by the pilot */
     double split_samples;     /* samples that are due, as lengths' mutations are b_k sqrt(inefficiency / cost) */
     uint32_t measurable;      /* the last length of which the pilot is sure that it carries light */
     uint64_t refine_handed;   /* samples */
