@@ -23,17 +23,19 @@ static inline bool lobe_is_coat(const bsdf_lobe_t *lobe)
 static void shares_of(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t w, bsdf_share_t *shares)
 {
     const bsdf_lobe_t *last = NULL;
-    double albedo = 0, sum = 0;
+    double albedo = 0, through = 1, sum = 0;
     for (uint32_t l = 0; l < bsdf->count; l++) {
         const bsdf_lobe_t *lobe = &bsdf->lobes[l];
         double select = lobe->select;
         shares[l].coat = 0;
+        shares[l].through = 1;
         if (lobe_has_coat(lobe)) {
             if (!last || last->coat != lobe->coat || last->coat_row != lobe->coat_row)
-                albedo = bsdf_coat_albedo(&tables->coats[lobe->coat], w, lobe->coat_row);
+                albedo = bsdf_coat_albedo(&tables->coats[lobe->coat], w, lobe->coat_row, &through);
             last = lobe;
             shares[l].coat = albedo;
-            select *= lobe_is_coat(lobe) ? albedo : 1 - albedo;
+            shares[l].through = through;
+            select *= lobe_is_coat(lobe) ? albedo : through;
         }
         shares[l].probability = select;
         sum += select;
@@ -60,7 +62,7 @@ static void mixture_eval(const bsdf_t *bsdf, double eta_sign, vec3_t wo, vec3_t 
             continue;
         bsdf_value_t v;
         const double eta = eta_sign > 0 ? lobe->eta : 1 / lobe->eta;
-        bsdf_lobe_eval(lobe, eta, wo, wi, so[l].coat, si[l].coat, mode, &v);
+        bsdf_lobe_eval(lobe, eta, wo, wi, so[l].through, si[l].through, mode, &v);
         out->f = rgb_add(out->f, v.f);
         out->pdf += so[l].probability * v.pdf;
         out->pdf_reverse += si[l].probability * v.pdf_reverse;
@@ -248,23 +250,22 @@ bool bsdf_invert(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t wo, vec
 
 /* ---- albedo ---- */
 
-static rgb_t lobe_albedo(const bsdf_lobe_t *lobe, double coat, double z)
+static rgb_t lobe_albedo(const bsdf_lobe_t *lobe, const bsdf_share_t *share, double z)
 {
-    const double through = (1 - coat);
     switch (lobe->kind) {
     case BSDF_COATED_BASE: /* color is rho / (eta^2 (1 - rho Fi)) and Tbar at most 1 */
-        return rgb_scale(lobe->color, through);
+        return rgb_scale(lobe->color, share->through);
     case BSDF_CONDUCTOR:
     case BSDF_MIRROR_CONDUCTOR:
         return rgb_mul(lobe->color, fresnel_conductor(z, lobe->eta3, lobe->k3));
     case BSDF_COATED_CONDUCTOR:
-        return rgb_mul(lobe->color, rgb_scale(bsdf_coated_fresnel(lobe, z), through));
+        return rgb_mul(lobe->color, rgb_scale(bsdf_coated_fresnel(lobe, z), share->through));
     case BSDF_MIRROR_COATED_CONDUCTOR:
         return rgb_mul(lobe->color,
                        bsdf_coated_mirror(fresnel_dielectric(z, lobe->eta), bsdf_coated_fresnel(lobe, z)));
     case BSDF_COAT:
     case BSDF_MIRROR_COAT:
-        return rgb_scale(lobe->color, coat);
+        return rgb_scale(lobe->color, share->coat);
     default:
         return lobe->color;
     }
@@ -278,7 +279,7 @@ rgb_t bsdf_albedo(const bsdf_t *bsdf, const bsdf_tables_t *tables, vec3_t wo)
     rgb_t sum = {0, 0, 0};
     for (uint32_t l = 0; l < bsdf->count; l++) {
         const bsdf_lobe_t *lobe = &bsdf->lobes[l];
-        rgb_t a = lobe_albedo(lobe, shares[l].coat, w.z);
+        rgb_t a = lobe_albedo(lobe, &shares[l], w.z);
         if (lobe->kind == BSDF_COATED_BASE)
             a = rgb_scale(a, tables->coats[lobe->coat].eta * tables->coats[lobe->coat].eta *
                                  (1 - bsdf_coat_inner(&tables->coats[lobe->coat], lobe->coat_row)));

@@ -54,12 +54,21 @@ double bsdf_coat_row(const bsdf_coat_t *coat, double alpha_u, double alpha_v);
 /* E by table, for rough coats. */
 double bsdf_coat_table_albedo(const bsdf_coat_t *coat, vec3_t w, double row);
 
-/* E(w); w.z in (0,1]. A table is within 5e-4 of the lobe's albedo; those that are linear between rows within
- * 1e-3 (anisotropic, 4 to 1) and 4e-3 (textured) (tests/scene/test_bsdf_coat.c). */
-static inline double bsdf_coat_albedo(const bsdf_coat_t *coat, vec3_t w, double row)
+/* E(w); w.z in (0,1]. *through is T(w) = 1 - E(w): for a smooth coat computed as such, as little of it is left in E
+ * at grazing. A table is within 5e-4 of the lobe's albedo; those that are linear between rows within 1e-3
+ * (anisotropic, 4 to 1) and 4e-3 (textured) (tests/scene/test_bsdf_coat.c). */
+static inline double bsdf_coat_albedo(const bsdf_coat_t *coat, vec3_t w, double row, double *through)
 {
-    return coat->kind == BSDF_COAT_SMOOTH ? fresnel_dielectric(w.z, coat->eta)
-                                          : bsdf_coat_table_albedo(coat, w, row);
+    double albedo;
+    if (coat->kind == BSDF_COAT_SMOOTH) {
+        double g;
+        albedo = fresnel_dielectric_g(w.z, coat->eta, &g);
+        *through = fresnel_dielectric_t(w.z, coat->eta, g);
+    } else {
+        albedo = bsdf_coat_table_albedo(coat, w, row);
+        *through = 1 - albedo;
+    }
+    return albedo;
 }
 
 /* Fi = 1 - Tbar / eta^2: the interface's mean reflectance from inside. */

@@ -11,6 +11,11 @@ static inline double smaller(double a, double b)
     return a < b ? a : b;
 }
 
+static inline double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 rgb_t bsdf_coated_fresnel(const bsdf_lobe_t *lobe, double c)
 {
     const double s = 1 / lobe->eta;
@@ -32,18 +37,18 @@ rgb_t bsdf_coated_mirror(double coat, rgb_t conductor)
 
 /* T(o) T(i) C / (1 - min(E(o), E(i)) C): symmetric, exact where o and i are mirror directions of smooth surfaces,
  * and never more than T(o) (docs/materials.md). */
-static double coated_conductor1(double both, double least, double c)
+static double coated_conductor1(double both, double most, double c)
 {
-    const double loss = 1 - least * c;
+    const double loss = 1 - c + most * c; /* 1 - min(E) C */
     return loss > 0 ? both * c / loss : 0;
 }
 
-static rgb_t coated_conductor(const bsdf_lobe_t *lobe, double cosine, double coat_o, double coat_i)
+static rgb_t coated_conductor(const bsdf_lobe_t *lobe, double cosine, double through_o, double through_i)
 {
     const rgb_t c = bsdf_coated_fresnel(lobe, cosine);
-    const double both = (1 - coat_o) * (1 - coat_i), least = smaller(coat_o, coat_i);
-    return rgb(coated_conductor1(both, least, c.r), coated_conductor1(both, least, c.g),
-               coated_conductor1(both, least, c.b));
+    const double both = through_o * through_i, most = larger(through_o, through_i);
+    return rgb(coated_conductor1(both, most, c.r), coated_conductor1(both, most, c.g),
+               coated_conductor1(both, most, c.b));
 }
 
 /* ---- refraction ---- */
@@ -114,7 +119,7 @@ static void lambert_eval(rgb_t color, double zo, double zi, bsdf_value_t *out)
     *out = (bsdf_value_t){rgb_scale(color, MATH_INV_PI), zi * MATH_INV_PI, zo * MATH_INV_PI};
 }
 
-void bsdf_lobe_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi, double coat_o, double coat_i,
+void bsdf_lobe_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi, double through_o, double through_i,
                     bsdf_mode_t mode, bsdf_value_t *out)
 {
     if (lobe->kind == BSDF_DIELECTRIC && wi.z != 0) {
@@ -134,13 +139,13 @@ void bsdf_lobe_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi, d
         return;
     }
     if (lobe->kind == BSDF_COATED_BASE) {
-        lambert_eval(rgb_scale(lobe->color, (1 - coat_o) * (1 - coat_i)), wo.z, wi.z, out);
+        lambert_eval(rgb_scale(lobe->color, through_o * through_i), wo.z, wi.z, out);
         return;
     }
     const ggx_reflection_t g = ggx_reflect(lobe->alpha_u, lobe->alpha_v, wo, wi);
     const rgb_t fresnel = lobe->kind == BSDF_CONDUCTOR ? fresnel_conductor(g.cosine, lobe->eta3, lobe->k3)
                           : lobe->kind == BSDF_COAT    ? rgb_gray(fresnel_dielectric(g.cosine, lobe->eta))
-                                                       : coated_conductor(lobe, g.cosine, coat_o, coat_i);
+                                                       : coated_conductor(lobe, g.cosine, through_o, through_i);
     *out = (bsdf_value_t){rgb_scale(rgb_mul(lobe->color, fresnel), g.f), g.pdf, g.pdf_reverse};
 }
 

@@ -13,11 +13,12 @@
 typedef struct bsdf_share {
     double probability; /* alpha_l(w) */
     double coat;        /* E(w) of its coat, 0 without one */
+    double through;     /* T(w) = 1 - E(w) */
 } bsdf_share_t;
 
-/* Value and densities of a smooth lobe for a pair; `coat_o`, `coat_i` are E(wo), E(wi). Zero where nothing
- * scatters. */
-void bsdf_lobe_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi, double coat_o, double coat_i,
+/* Value and densities of a smooth lobe for a pair; `through_o`, `through_i` are T(wo), T(wi). Zero where
+ * nothing scatters. */
+void bsdf_lobe_eval(const bsdf_lobe_t *lobe, double eta, vec3_t wo, vec3_t wi, double through_o, double through_i,
                     bsdf_mode_t mode, bsdf_value_t *out);
 
 /* A direction of a smooth lobe; rest in [0,1) chooses between reflection and refraction. False if there is none. */

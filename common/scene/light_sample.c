@@ -311,8 +311,12 @@ static bool invert_spot(const light_emitter_t *e, vec3_t w, double u[2])
     const double end = 1 - e->cos_end, h = one_minus_dot(e->normal, w);
     if (!(h <= end * (1 + LIGHT_RIM)))
         return false;
+    /* The axis is perpendicular to the frame's other two but for rounding, of which nothing is left in w less the
+     * axis: a narrow cone's w has little else. */
     const frame_t frame = frame_of_normal(e->normal);
-    warp_cone_invert(frame_to_local(&frame, w), end, &u[0], &u[1]);
+    const vec3_t off = vec3_sub(w, e->normal);
+    warp_cone_invert(vec3(vec3_dot(off, frame.s), vec3_dot(off, frame.t), vec3_dot(w, e->normal)), end, &u[0],
+                     &u[1]);
     return true;
 }
 

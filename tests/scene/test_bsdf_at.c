@@ -97,8 +97,9 @@ static void textured_roughness_turns_specular_where_it_is_zero(void **state)
         assert_int_equal(b.count, 2);
         const bool smooth = b.lobes[0].kind == BSDF_MIRROR_COAT;
         assert_true(smooth || (b.lobes[0].kind == BSDF_COAT && b.lobes[0].alpha_u == 0.25));
+        double through;
         const double e =
-            bsdf_coat_albedo(&f.tables->coats[b.lobes[1].coat], vec3(0.8, 0, 0.6), b.lobes[1].coat_row);
+            bsdf_coat_albedo(&f.tables->coats[b.lobes[1].coat], vec3(0.8, 0, 0.6), b.lobes[1].coat_row, &through);
         const double expected =
             smooth ? fresnel_dielectric(0.6, 1.5) : bsdf_coat_quadrature(1.5, 0.25, 0.25, vec3(0.8, 0, 0.6), 3);
         assert_true(fabs(e - expected) < (smooth ? 1e-6 : 4e-3));

@@ -147,7 +147,7 @@ static double lobe_density(const bsdf_t *bsdf, uint32_t l, vec3_t wo, vec3_t wi)
     wo.z *= sign;
     wi.z *= sign;
     bsdf_value_t v;
-    bsdf_lobe_eval(lobe, eta, wo, wi, 0, 0, BSDF_RADIANCE, &v);
+    bsdf_lobe_eval(lobe, eta, wo, wi, 1, 1, BSDF_RADIANCE, &v);
     if (lobe->kind != BSDF_DIELECTRIC)
         return v.pdf;
     const vec3_t m = vec3_unit(wi.z > 0 ? vec3_add(wo, wi) : vec3_mad(wo, eta, wi));

@@ -11,8 +11,8 @@
 
 static const probe_t *find(uint32_t which)
 {
-    const probe_t *const lists[] = {probe_maps, probe_scattering, probe_places};
-    for (int i = 0; i < 3; i++)
+    const probe_t *const lists[] = {probe_maps, probe_scattering, probe_coats, probe_places, probe_lights};
+    for (int i = 0; i < 5; i++)
         for (const probe_t *p = lists[i]; p->info.name; p++)
             if (which-- == 0)
                 return p;
@@ -137,19 +137,19 @@ static bool run_frame(const double *in, double *out)
 }
 
 const probe_t probe_maps[] = {
-    {{"sine and cosine of turns", "u", {{"pair", 2, 0}}}, run_turns},
-    {{"disk", "uu", {{"place", 2, 0}}}, run_disk},
-    {{"disk, inverse", "w", {{"radius", 1, 0}, {"turn", 1, 0}}}, run_disk_invert},
-    {{"cosine hemisphere", "uu", {{"direction", 3, 0}, {"density", 1, 0}}}, run_cosine},
-    {{"cosine hemisphere, inverse", "w", {{"u1", 1, 0}, {"u2", 1, 0}}}, run_cosine_invert},
-    {{"sphere", "uu", {{"direction", 3, 0}}}, run_sphere},
-    {{"sphere, inverse", "d", {{"u1", 1, 0}, {"u2", 1, 0}}}, run_sphere_invert},
-    {{"cone", "uuc", {{"direction", 3, 0}, {"off the axis", 2, 0}}}, run_cone},
-    {{"cone, inverse", "w", {{"u1", 1, 0}, {"u2", 1, 0}}}, run_cone_invert},
-    {{"triangle", "uu", {{"b1", 1, 0}, {"b2", 1, 0}}}, run_triangle},
-    {{"triangle, inverse", "uu", {{"u1", 1, 0}, {"u2", 1, 0}}}, run_triangle_invert},
-    {{"octahedral map", "uu", {{"direction", 3, 0}}}, run_octahedral},
-    {{"octahedral map, inverse", "d", {{"x", 1, 1}, {"y", 1, 1}}}, run_octahedral_invert},
-    {{"frame", "dd", {{"to world", 3, 0}, {"to local", 3, 0}}}, run_frame},
-    {{NULL, NULL, {{NULL, 0, 0}}}, NULL},
+    {{"sine and cosine of turns", "u", {{"pair", 2, 0}}, 0}, run_turns},
+    {{"disk", "uu", {{"place", 2, 0}}, 0}, run_disk},
+    {{"disk, inverse", "w", {{"radius", 1, 0}, {"turn", 1, 0}}, 0}, run_disk_invert},
+    {{"cosine hemisphere", "uu", {{"direction", 3, 0}, {"density", 1, 0}}, 0}, run_cosine},
+    {{"cosine hemisphere, inverse", "w", {{"u1", 1, 0}, {"u2", 1, 0}}, 0}, run_cosine_invert},
+    {{"sphere", "uu", {{"direction", 3, 0}}, 0}, run_sphere},
+    {{"sphere, inverse", "d", {{"u1", 1, 0}, {"u2", 1, 0}}, 0}, run_sphere_invert},
+    {{"cone", "uuc", {{"direction", 3, 0}, {"off the axis", 2, 0}}, 0}, run_cone},
+    {{"cone, inverse", "w", {{"u1", 1, 0}, {"u2", 1, 0}}, 0}, run_cone_invert},
+    {{"triangle", "uu", {{"b1", 1, 0}, {"b2", 1, 0}}, 0}, run_triangle},
+    {{"triangle, inverse", "uu", {{"u1", 1, 0}, {"u2", 1, 0}}, 0}, run_triangle_invert},
+    {{"octahedral map", "uu", {{"direction", 3, 0}}, 0}, run_octahedral},
+    {{"octahedral map, inverse", "d", {{"x", 1, 1}, {"y", 1, 1}}, 0}, run_octahedral_invert},
+    {{"frame", "dd", {{"to world", 3, 0}, {"to local", 3, 0}}, 0}, run_frame},
+    {{NULL, NULL, {{NULL, 0, 0}}, 0}, NULL},
 };

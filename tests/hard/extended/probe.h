@@ -1,7 +1,7 @@
 /* probe.h: functions of common/math and common/scene as maps from numbers to numbers, twice: as they are, and in
  * extended precision.
  *
- * probe.c, probe_bsdf.c and probe_scene.c are compiled with each build; their lists are the same. The extended one
+ * probe.c and probe_*.c are compiled with each build; their lists are the same. The extended one
  * is a shared library that shows only its three functions here, so that both sets of symbols live in one program.
  *
  *     const probe_info_t *info = probe_info_double(i);             null beyond the last
@@ -38,10 +38,14 @@ typedef struct probe_group {
  *     s  a sphere's centre and radius, in single precision (4)     o  a disk's, in the plane z = const (4)
  *     q  a point of the last of these shapes (3)   h  unit vector from the last place to such a point (3)
  *     f  tangent of half a field of view           v  unit vector in the field around the last d (3)
- *     l  radius of a lens, in units of the distance of focus */
+ *     l  radius of a lens, in units of the distance of focus
+ *     x  nine texels, in single precision           b  rows of a rotation, in single precision (9)
+ *     y  cosines of a cone, of its inside and its rim, in single precision (2)
+ *     z  a vector about unit, in single precision (3)      j  a unit vector in the last cone around it (3) */
 typedef struct probe_info {
     const char *name, *inputs;
     probe_group_t outputs[PROBE_MAX_GROUPS];
+    uint32_t one_in; /* only so many of the cases, as it takes long; 0: all */
 } probe_info_t;
 
 const probe_info_t *probe_info_double(uint32_t which);

@@ -11,7 +11,7 @@ typedef struct probe {
 } probe_t;
 
 /* One list a file; each ends with a null name. */
-extern const probe_t probe_maps[], probe_scattering[], probe_places[];
+extern const probe_t probe_maps[], probe_scattering[], probe_coats[], probe_places[], probe_lights[];
 
 static inline vec3_t probe_vec(const double *in)
 {
