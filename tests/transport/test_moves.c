@@ -1,6 +1,11 @@
 /* Moves against independent samples, without large steps to hide what is wrong: of a chain's mutations, some 90 to
  * 1500 by length, one in a hundred is large, so that what a wrong ratio does to its law has time to show. By t
- * scores over seeds against bdpt. */
+ * scores over seeds against bdpt.
+ *
+ * Power: each comparison prints what it would see in half of all runs. Of the image that is 1.4 to 6 %, where
+ * chains go by importance up to 30 %; of most regions the whole of their light, for Gaussian steps a third to two
+ * thirds, beside samples (split) an eighth to a third. Twice bdpt's samples would only sharpen the last: 0.12 for
+ * 0.13, 0.20 for 0.25. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -45,7 +50,7 @@ static void check(const char *name)
 {
     const scene_t *scene = load_scene(name);
     regions_t bdpt, other;
-    agreement_run(scene, "bdpt", "", LENGTH, 32, SEEDS, &bdpt);
+    agreement_run(scene, "bdpt", "", LENGTH, 16, SEEDS, &bdpt);
     for (int i = 0; i < VARIANTS; i++) {
         const variant_t *v = &variants[i];
         agreement_run(scene, v->algorithm, v->more, LENGTH, agreement_work(v->algorithm, LENGTH, 80), SEEDS,
