@@ -23,9 +23,9 @@ typedef struct plan_pixels {
     double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
     double squares_factor;                  /* of plan->squares, in image units */
     double squared[PATH_MAX_VERTICES][PLAN_GROUP_BLOCKS]; /* squares of the sums, by block of the image */
-    const int64_t *single;                  /* the film of samples of which there is a single unit, else null */
-    double single_factor;                   /* of their squared differences, in image units */
-    double correction[PLAN_GROUP_BLOCKS];   /* excess, as the block's lengths have it in the mean */
+    const int64_t *single;                /* the film of samples of which there is a single unit, else null */
+    double single_factor;                 /* of their squared differences, in image units */
+    double correction[PLAN_GROUP_BLOCKS]; /* excess, as the block's lengths have it in the mean */
 } plan_pixels_t;
 
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);

@@ -17,8 +17,8 @@ void plan_split_shares(plan_t *plan);
 /* Gives the record a copy of the caps and rates that it needs, if there are any. */
 fault_code_t plan_set_caps(const plan_t *plan, work_record_t *record, fault_t *fault);
 
-/* As bytes: u64 rays of each length, u8 whether there are caps, then u8 whether samples are alone, f64 promise, samples and f64 of each length: caps,
- * rates. Hostile bytes back: faults are the reader's. */
+/* As bytes: u64 rays of each length, u8 whether there are caps, then u8 whether samples are alone, f64 promise,
+ * samples and f64 of each length: caps, rates. Hostile bytes back: faults are the reader's. */
 void plan_split_put(wire_writer_t *out, const plan_t *plan);
 void plan_split_get(wire_reader_t *in, plan_t *plan);
 
