@@ -70,6 +70,7 @@ typedef struct settings {
                           time; 1: always (plan/plan_split.c) */
     bool adapt; /* the chains of each length are tried out first: what they make of a mutation decides the shares,
                    and which of a few steps they take the render (plan/plan_trial.c) */
+    bool shift; /* the work is shared anew among lengths while the render runs (plan/plan_eras.h) */
     double auxiliary_step; /* probability of a step of the visibility chain, with an exchange; 0: there is none */
     double step_min, step_max;         /* Kelemen's s1, s2; sigma of the Gaussian is step_max */
     uint64_t chain_length;             /* mutations a chain makes; 0: chosen by the plan */

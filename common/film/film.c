@@ -91,3 +91,14 @@ void film_add(film_t *a, const film_t *b)
     add_count(&a->counts.saturated, b->counts.saturated);
     add_count(&a->counts.saturated, saturated);
 }
+
+void film_scale(film_t *film, double factor)
+{
+    const size_t count = (size_t)film->width * film->height * FILM_CHANNELS;
+    for (size_t i = 0; i < count; i++) {
+        const double scaled = (double)film->sums[i] * factor + 0.5;
+        const bool over = scaled >= 0x1p63;
+        film->sums[i] = over ? INT64_MAX : (int64_t)scaled;
+        film->counts.saturated += over;
+    }
+}

@@ -93,6 +93,8 @@ static inline rgb_t film_value(const film_t *film, uint32_t x, uint32_t y)
 
 /* a += b, saturating and counted; counts too. Sizes must agree (asserted). */
 void film_add(film_t *a, const film_t *b);
+/* Multiplies all sums by a factor >= 0, each rounded to the nearest; saturating and counted. */
+void film_scale(film_t *film, double factor);
 
 /* The film as bytes for the wire and for checkpoints: 32x32 tiles, empty ones left out, byte planes, zstd with a
  * checksum (the layout is described in film_codec.c). The same film gives the same bytes with the same zstd.

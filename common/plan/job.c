@@ -127,10 +127,10 @@ static fault_code_t job_check_moves(const settings_t *s, fault_t *fault)
 
 static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fault_t *fault)
 {
-    static const char *const names[] = {"split",          "split_gain", "equalize",      "large_step",
-                                        "technique_step", "jump_step",  "partial_step",  "auxiliary_step",
-                                        "adapt",          "failures",   "kernel",        "step_min",
-                                        "step_max",       "length",     "pilot_samples", NULL};
+    static const char *const names[] = {
+        "split",          "split_gain",    "equalize", "large_step", "technique_step", "jump_step", "partial_step",
+        "auxiliary_step", "adapt",         "shift",    "failures",   "kernel",         "step_min",  "step_max",
+        "length",         "pilot_samples", NULL};
     const json_t *chains = NULL;
     TRY(json_read_object(root, "", "chains", &chains, fault));
     if (!chains)
@@ -148,6 +148,7 @@ static fault_code_t job_read_chains(const json_t *root, settings_t *settings, fa
     TRY(json_read_double_or(chains, "chains", "split", 0, 1e6, &settings->split, fault));
     TRY(json_read_double_or(chains, "chains", "split_gain", 1, 1e6, &settings->split_gain, fault));
     TRY(json_read_bool_or(chains, "chains", "adapt", &settings->adapt, fault));
+    TRY(json_read_bool_or(chains, "chains", "shift", &settings->shift, fault));
     TRY(job_read_choice(chains, "chains", "failures", failure_names, SETTINGS_FAILURES, &failures, fault));
     settings->failures = (settings_failures_t)failures;
     TRY(job_check_moves(settings, fault));
@@ -292,6 +293,7 @@ char *job_print(const job_t *job)
     json_add_number(chains, "split", s->split);
     json_add_number(chains, "split_gain", s->split_gain);
     json_add_bool(chains, "adapt", s->adapt);
+    json_add_bool(chains, "shift", s->shift);
     json_add_string(chains, "failures", failure_names[s->failures]);
     json_add_string(chains, "kernel", kernel_names[s->kernel]);
     json_add_number(chains, "step_min", s->step_min);

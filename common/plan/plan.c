@@ -58,6 +58,8 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     code = plan_is_chains(plan) ? plan_strata_init(plan, fault) : FAULT_NONE;
     if (!code)
         code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
+    if (!code)
+        code = plan_eras_init(&plan->eras, s->max_path_length, fault);
     plan_size_pilot(plan);
     plan->survey = calloc(plan_survey_bytes(plan) + 1, 1);
     plan->idle = calloc(s->max_path_length, sizeof *plan->idle);
@@ -99,6 +101,7 @@ void plan_destroy(plan_t **out)
     }
     plan_groups_clear(&plan->groups);
     plan_passes_clear(&plan->passes);
+    plan_eras_clear(&plan->eras);
     free(plan->units);
     free(plan->pilot_moments);
     free(plan->pilot_blocks);
@@ -130,7 +133,7 @@ bool plan_generate(plan_t *plan)
     if (plan_pilot_waits(plan))
         return false;
     plan_unit_t *unit = &plan->units[plan->unit_count];
-    *unit = (plan_unit_t){0};
+    *unit = (plan_unit_t){.era = PLAN_NO_ERA};
     if (plan->pilot_next < plan->pilot_units) {
         if (plan_pilot_record(plan, plan->pilot_next, &unit->record))
             return false;
@@ -139,8 +142,10 @@ bool plan_generate(plan_t *plan)
         if (!plan_trial_record(plan, plan->trial_next, &unit->record))
             return false;
         plan->trial_next++;
-    } else if (plan->phase != PLAN_RENDER || !plan_render_record(plan, &unit->record)) {
+    } else if (plan->phase != PLAN_RENDER || !plan_eras_ready(plan) || !plan_render_record(plan, unit)) {
         return false;
+    } else {
+        plan_eras_made(plan, unit);
     }
     plan->unit_count++;
     return true;
@@ -178,7 +183,7 @@ const work_record_t *plan_record(const plan_t *plan, uint64_t unit)
 
 static void absorb_moments(plan_moments_t *to, const work_moments_t *from, double unit)
 {
-    to->n += from->n;
+    exact_add(&to->n, from->n, 1);
     exact_add(&to->sum, from->sum, unit);
     exact_add(&to->sum2, from->sum2, unit * unit);
 }
@@ -235,17 +240,33 @@ static fault_code_t absorb_film(plan_t *plan, plan_length_t *length, const film_
     return FAULT_NONE;
 }
 
-static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, const work_result_t *result,
-                                  fault_t *fault)
+/* A unit's weight (plan_eras.h) goes into all sums that the image and its error come from. */
+static double absorb_weight(const plan_t *plan, const plan_unit_t *unit, work_result_t *result)
 {
+    const double weight = plan_eras_weight(plan, unit);
+    if (weight == 1)
+        return 1;
+    film_scale(&result->film, weight);
+    for (uint32_t i = 0; i < result->moment_count; i++) {
+        result->moments[i].n *= weight;
+        result->moments[i].sum *= weight;
+        result->moments[i].sum2 *= weight;
+    }
+    return weight;
+}
+
+static fault_code_t absorb_chains(plan_t *plan, const plan_unit_t *unit, work_result_t *result, fault_t *fault)
+{
+    const work_record_t *record = &unit->record;
+    const double weight = absorb_weight(plan, unit, result);
     plan_length_t *length = &plan->lengths[record->length];
     TRY(absorb_film(plan, length, &result->film, fault));
     const double c = plan_weight(plan, record->length) / plan->weight_max,
-                 size = (double)record->mutations / (double)length->unit_mutations;
+                 size = weight * (double)record->mutations / (double)length->unit_mutations;
+    const uint64_t counted = (uint64_t)llround(weight * (double)record->mutations);
     absorb_squares(plan, &result->film, c, size);
     plan_absorb_strata(plan, record->length, &result->film, c, size);
-    plan_groups_absorb(&plan->groups, record->length, plan_unit_number(length, record->first), record->mutations,
-                       &result->film, c, size);
+    plan_groups_absorb(&plan->groups, record->length, unit->number, counted, &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
         absorb_all_moments(plan, result->moments);
     for (uint32_t i = 0; !plan_is_whole(plan) && i < result->moment_count; i++)
@@ -259,52 +280,61 @@ static fault_code_t absorb_chains(plan_t *plan, const work_record_t *record, con
         length->failed[i] += result->failed[i];
     if (result->stats.longest_stay > length->longest_stay)
         length->longest_stay = result->stats.longest_stay;
-    plan_stuck_absorb(plan, record, result);
+    plan_stuck_absorb(plan, record, result, weight);
+    plan_eras_add(plan, unit, record->length, record->mutations);
     length->merged += record->mutations;
+    length->counted += counted;
+    length->rays += result->stats.rays + result->stats.shadow_rays;
     length->units_in++;
     length->cpu_seconds += result->stats.cpu_seconds;
     return FAULT_NONE;
 }
 
-/* A pass over the image, or several: what is a unit to all estimates. `first`: its first sample. */
-static fault_code_t absorb_pass(plan_t *plan, uint64_t first, uint64_t count, const film_t *film,
-                                double cpu_seconds, fault_t *fault)
+/* A pass over the image, or several: what is a unit to all estimates. `unit`: one of its units, or its only one. */
+static fault_code_t absorb_pass(plan_t *plan, const plan_unit_t *unit, uint64_t number, uint64_t count,
+                                const film_t *film, double cpu_seconds, fault_t *fault)
 {
     plan_length_t *all = &plan->lengths[0];
     TRY(absorb_film(plan, all, film, fault));
-    const double c = plan_weight(plan, 0) / plan->weight_max, size = (double)count / (double)all->unit_mutations;
+    const double weight = plan_eras_weight(plan, unit), c = plan_weight(plan, 0) / plan->weight_max,
+                 size = weight * (double)count / (double)all->unit_mutations;
+    const uint64_t counted = (uint64_t)llround(weight * (double)count);
     absorb_squares(plan, film, c, size);
     if (plan->strata)
         plan_absorb_strata(plan, 0, film, c, size);
-    plan_groups_absorb(&plan->groups, 0, first / all->unit_mutations, count, film, c, size);
+    plan_groups_absorb(&plan->groups, 0, number, counted, film, c, size);
+    plan_eras_add(plan, unit, 0, count);
     all->merged += count;
+    all->counted += counted;
     all->units_in++;
     all->cpu_seconds += cpu_seconds;
     return FAULT_NONE;
 }
 
 /* A pass that was collected, if it is one. */
-static fault_code_t absorb_collected(plan_t *plan, plan_pass_t *pass, fault_t *fault)
+static fault_code_t absorb_collected(plan_t *plan, const plan_unit_t *unit, plan_pass_t *pass, fault_t *fault)
 {
     if (!pass->film.sums)
         return FAULT_NONE;
     const fault_code_t code =
-        absorb_pass(plan, pass->number * plan->pixels, pass->count, &pass->film, pass->cpu_seconds, fault);
+        absorb_pass(plan, unit, pass->number, pass->count, &pass->film, pass->cpu_seconds, fault);
     film_clear(&pass->film);
     return code;
 }
 
-static fault_code_t absorb_samples(plan_t *plan, const work_record_t *record, const work_result_t *result,
-                                   fault_t *fault)
+static fault_code_t absorb_samples(plan_t *plan, const plan_unit_t *unit, work_result_t *result, fault_t *fault)
 {
+    const work_record_t *record = &unit->record;
     plan_pass_t whole;
+    absorb_weight(plan, unit, result);
     if (plan->passes.parts == 1) {
-        TRY(absorb_pass(plan, record->first, record->count, &result->film, result->stats.cpu_seconds, fault));
+        TRY(absorb_pass(plan, unit, unit->number, record->count, &result->film, result->stats.cpu_seconds, fault));
     } else {
         TRY(plan_passes_take(plan, record, result, &whole, fault));
-        TRY(absorb_collected(plan, &whole, fault));
+        TRY(absorb_collected(plan, unit, &whole, fault));
     }
     absorb_all_moments(plan, result->moments);
+    plan->lengths[0].rays += result->stats.rays + result->stats.shadow_rays;
     return FAULT_NONE;
 }
 
@@ -412,6 +442,81 @@ static void plan_begin_render(plan_t *plan)
     plan->error_next = plan->in + 4;
 }
 
+/* Adds up a unit's result. */
+static fault_code_t plan_merge(plan_t *plan, uint64_t unit, work_result_t *result, fault_t *fault)
+{
+    plan_unit_t *entry = &plan->units[unit];
+    work_record_t *record = &entry->record;
+    switch (record->kind) {
+    case WORK_PILOT:
+        (plan_is_split(record)    ? plan_absorb_split
+         : plan_is_sketch(record) ? plan_absorb_sketch
+                                  : absorb_pilot)(plan, record, result);
+        break;
+    case WORK_FEATURES:
+        absorb_features(plan, record, result);
+        break;
+    case WORK_LEFT_OUT:
+        plan_absorb_left_out(plan, record, result);
+        break;
+    case WORK_REFINE:
+        if (plan_is_survey(record)) {
+            plan_absorb_survey(plan, unit >= plan->sketch_units + plan->survey_units, record, result);
+            break;
+        }
+        absorb_all_moments(plan, result->moments);
+        break;
+    case WORK_CHAINS:
+        TRY(absorb_chains(plan, entry, result, fault));
+        break;
+    case WORK_TRIAL:
+        plan_absorb_trial(plan, unit - plan->pilot_units, record, result);
+        break;
+    default:
+        TRY(absorb_samples(plan, entry, result, fault));
+    }
+    absorb_totals(plan, &result->stats);
+    plan_eras_took(plan, entry);
+    work_record_clear(record);
+    return FAULT_NONE;
+}
+
+static fault_code_t plan_decode(const plan_t *plan, uint64_t unit, const uint8_t *data, size_t size,
+                                work_result_t *result, fault_t *fault)
+{
+    return work_result_decode(result, &plan->units[unit].record, plan->settings.width, plan->settings.height,
+                              plan->settings.max_path_length, data, size, fault);
+}
+
+/* Adds up what may be of the results that were kept. */
+static fault_code_t plan_merge_pending(plan_t *plan, fault_t *fault)
+{
+    plan_pending_t *pending = &plan->eras.pending;
+    for (size_t i = 0; i < pending->count;) {
+        if (!plan_eras_takes(plan, &plan->units[pending->results[i].unit])) {
+            i++;
+            continue;
+        }
+        plan_pending_result_t kept = plan_pending_take(pending, i);
+        work_result_t result;
+        fault_code_t code = plan_decode(plan, kept.unit, kept.data, kept.size, &result, fault);
+        free(kept.data);
+        TRY(code);
+        code = plan_merge(plan, kept.unit, &result, fault);
+        work_result_clear(&result);
+        TRY(code);
+    }
+    return FAULT_NONE;
+}
+
+fault_code_t plan_settle(plan_t *plan, fault_t *fault)
+{
+    TRY(plan_merge_pending(plan, fault));
+    while (plan->phase == PLAN_RENDER && plan_eras_decide(plan))
+        TRY(plan_merge_pending(plan, fault));
+    return FAULT_NONE;
+}
+
 fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size, plan_absorbed_t *how,
                          fault_t *fault)
 {
@@ -423,53 +528,21 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     if (entry->state == PLAN_UNIT_IN)
         return FAULT_NONE;
     *how = PLAN_UNKNOWN;
-    work_record_t *record = &entry->record;
     work_result_t result;
-    TRY(work_result_decode(&result, record, plan->settings.width, plan->settings.height,
-                           plan->settings.max_path_length, data, size, fault));
-    fault_code_t code = FAULT_NONE;
-    switch (record->kind) {
-    case WORK_PILOT:
-        (plan_is_split(record)    ? plan_absorb_split
-         : plan_is_sketch(record) ? plan_absorb_sketch
-                                  : absorb_pilot)(plan, record, &result);
-        break;
-    case WORK_FEATURES:
-        absorb_features(plan, record, &result);
-        break;
-    case WORK_LEFT_OUT:
-        plan_absorb_left_out(plan, record, &result);
-        break;
-    case WORK_REFINE:
-        if (plan_is_survey(record)) {
-            plan_absorb_survey(plan, unit >= plan->sketch_units + plan->survey_units, record, &result);
-            break;
-        }
-        absorb_all_moments(plan, result.moments);
-        break;
-    case WORK_CHAINS:
-        code = absorb_chains(plan, record, &result, fault);
-        break;
-    case WORK_TRIAL:
-        plan_absorb_trial(plan, unit - plan->pilot_units, record, &result);
-        break;
-    default:
-        code = absorb_samples(plan, record, &result, fault);
-    }
-    if (!code) {
-        absorb_totals(plan, &result.stats);
-        entry->state = PLAN_UNIT_IN;
-        work_record_clear(record);
-        plan->in++;
-        *how = PLAN_MERGED;
-    }
+    TRY(plan_decode(plan, unit, data, size, &result, fault));
+    const fault_code_t code = plan_eras_takes(plan, entry)
+                                  ? plan_merge(plan, unit, &result, fault)
+                                  : plan_pending_add(&plan->eras.pending, unit, data, size, fault);
     work_result_clear(&result);
     TRY(code);
+    entry->state = PLAN_UNIT_IN;
+    plan->in++;
+    *how = PLAN_MERGED;
     if (!plan->has_candidates && plan->in == plan->pilot_units)
         TRY(plan_finish_pilot(plan, fault));
     if (plan->has_candidates && plan->phase == PLAN_PILOT && plan->trial_in == plan->trial_units)
         plan_begin_render(plan);
-    return FAULT_NONE;
+    return plan_settle(plan, fault);
 }
 
 /* ---- stopping ---- */
@@ -490,20 +563,19 @@ static bool plan_spent(const plan_t *plan)
 {
     if (plan->phase != PLAN_RENDER || plan->in < plan->unit_count)
         return false;
-    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        if (plan->lengths[k].share > 0 && plan->lengths[k].handed < plan->lengths[k].budget)
-            return false;
-    return true;
+    return plan_eras_spent(plan);
 }
 
 static bool plan_stop(plan_t *plan, const char *rule)
 {
+    const plan_unit_t first = {.era = 0}; /* that of the first pass */
     plan_pass_t parts;
     fault_t fault = {0};
     plan->stopped = true;
     plan->stopped_by = rule;
+    plan_merge_pending(plan, &fault); /* without memory: fewer units are in the image */
     plan_passes_settle(plan, &parts);
-    absorb_collected(plan, &parts, &fault); /* without memory there is no image of these parts */
+    absorb_collected(plan, &first, &parts, &fault); /* likewise */
     plan_note_error(plan);
     return true;
 }

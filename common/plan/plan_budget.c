@@ -303,6 +303,7 @@ void plan_size_render(plan_t *plan)
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
         if (plan->lengths[k].share > 0)
             plan->weight_max = fmax(plan->weight_max, plan_weight(plan, k));
+    plan_eras_begin(plan);
 }
 
 /* Where a technique's energy is small its share is not quite: what it alone can change would wait for too long. */
@@ -324,6 +325,7 @@ void plan_freeze_techniques(plan_t *plan)
     }
 }
 
+/* Of all eras. */
 static double budget_handed(const plan_t *plan)
 {
     double handed = 0;
@@ -332,21 +334,23 @@ static double budget_handed(const plan_t *plan)
     return handed;
 }
 
-/* The length that lags most behind its share; before all of them those that have had no unit at all, so that there
- * is an image early. 0 (which has no share where lengths have theirs) if none is left. */
+/* The length that lags most behind what is due of the era; before all of them those that have had no unit at all,
+ * so that there is an image early. 0 (which has no share where lengths have theirs) if none is left. */
 static uint32_t budget_neediest(const plan_t *plan)
 {
-    const double handed = budget_handed(plan);
+    double handed = 0, need = -INFINITY;
     uint32_t neediest = 0;
-    double need = -INFINITY;
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
+        handed += plan_mutations_of(plan, k) * (double)plan_eras_part(plan, plan->eras.current, k)->handed;
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
         const plan_length_t *length = &plan->lengths[k];
-        if (length->share == 0 || length->handed >= length->budget)
+        const plan_part_t *part = plan_eras_part(plan, plan->eras.current, k);
+        if (part->due == 0 || part->handed >= part->budget)
             continue;
         const uint64_t first = plan_is_samples(plan, k) ? plan->pixels : 1; /* or less: a part of a pass */
         const double unit = plan_mutations_of(plan, k) * (double)length->unit_mutations,
-                     own = plan_mutations_of(plan, k) * (double)length->handed,
-                     lag = length->handed < first ? INFINITY : (length->share * (handed + unit) - own) / unit;
+                     own = plan_mutations_of(plan, k) * (double)part->handed,
+                     lag = length->handed < first ? INFINITY : (part->due * (handed + unit) - own) / unit;
         if (lag > need) {
             need = lag;
             neediest = k;
@@ -355,14 +359,16 @@ static uint32_t budget_neediest(const plan_t *plan)
     return neediest;
 }
 
-/* A unit that refines the estimates of b_k, when as much work is due for it. */
+bool plan_refine_is_due(const plan_t *plan)
+{
+    if (!plan_is_chains(plan) || (plan_splits(plan) && plan->lengths[0].share > 0)) /* its samples do that */
+        return false;
+    const double due = budget_handed(plan) / (REFINE_PARTS * budget_sample(plan));
+    return due >= (double)(plan->refine_handed + PILOT_UNIT);
+}
+
 static bool refine_record(plan_t *plan, work_record_t *record)
 {
-    const double due = budget_handed(plan) / (REFINE_PARTS * budget_sample(plan));
-    if (plan_splits(plan) && plan->lengths[0].share > 0) /* its samples do that */
-        return false;
-    if (due < (double)(plan->refine_handed + PILOT_UNIT))
-        return false;
     *record = (work_record_t){.kind = WORK_REFINE, .first = plan->refine_handed, .count = PILOT_UNIT};
     if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
         plan_set_idle(plan, record, NULL)) {
@@ -398,36 +404,54 @@ bool plan_chains_record(const plan_t *plan, work_kind_t kind, uint32_t k, uint64
     return true;
 }
 
-bool plan_render_record(plan_t *plan, work_record_t *record)
+/* Mutations or samples of the next unit of lengths[k]. Where there are eras, their parts are cut evenly: what is
+ * left of one would be a small unit each time. */
+static uint64_t budget_next(const plan_t *plan, uint32_t k, bool early)
 {
+    const plan_length_t *length = &plan->lengths[k];
+    const plan_part_t *part = plan_eras_part(plan, plan->eras.current, k);
+    const uint64_t left = part->budget - part->handed, pass = plan_is_samples(plan, k) ? plan->pixels : 1;
+    uint64_t unit = early ? length->early_mutations : length->unit_mutations;
+    if (plan->eras.count > 1)
+        unit = pass * budget_even(left / pass, unit / pass);
+    return at_most(unit, left);
+}
+
+bool plan_render_record(plan_t *plan, plan_unit_t *unit)
+{
+    work_record_t *record = &unit->record;
     *record = (work_record_t){0};
-    if (plan_is_chains(plan) && refine_record(plan, record))
-        return true;
+    if (plan_refine_is_due(plan))
+        return refine_record(plan, record);
     const uint32_t k = budget_neediest(plan);
     plan_length_t *length = &plan->lengths[k];
-    if (length->share == 0 || length->handed >= length->budget)
+    plan_part_t *part = plan_eras_part(plan, plan->eras.current, k);
+    if (part->due == 0 || part->handed >= part->budget)
         return false;
     const bool early = length->units_out < PLAN_EARLY && !plan_is_samples(plan, k);
-    uint64_t count =
-        at_most(early ? length->early_mutations : length->unit_mutations, length->budget - length->handed);
+    uint64_t count = budget_next(plan, k, early);
     if (plan_is_samples(plan, k)) {
         if (plan_passes_wait(plan))
             return false;
         *record = (work_record_t){.kind = WORK_SAMPLES, .scale = plan->scale};
         plan_passes_place(plan, record);
-        count = record->count;
+        count = plan->passes.parts > 1 ? record->count : count;
+        record->count = count;
         if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
             plan_set_idle(plan, record, NULL)) {
             work_record_clear(record);
             return false;
         }
     } else {
-        const uint64_t chains = at_most(early ? length->early_chains : length->unit_chains, count);
+        const uint64_t usual = early ? length->early_chains : length->unit_chains,
+                       own = plan->eras.count > 1 ? budget_chains(plan, count, plan_chain_length(plan)) : usual,
+                       chains = at_most(own, count);
         if (!plan_chains_record(plan, WORK_CHAINS, k, length->chains, chains, count, length->steps, record))
             return false;
         length->chains += chains;
     }
+    unit->number = length->units_out++;
     length->handed += count;
-    length->units_out++;
+    part->handed += count;
     return true;
 }

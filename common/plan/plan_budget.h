@@ -16,8 +16,10 @@ fault_code_t plan_find_light(plan_t *plan, fault_t *fault);
 void plan_size_render(plan_t *plan);
 /* After the pilot's sums are in: shares of the techniques. */
 void plan_freeze_techniques(plan_t *plan);
-/* The next unit of the rendering phase; false if the budget is spent or memory is. */
-bool plan_render_record(plan_t *plan, work_record_t *record);
+/* The next unit of the rendering phase, of the current era; false if its budgets are spent or memory is. */
+bool plan_render_record(plan_t *plan, plan_unit_t *unit);
+/* Whether as much is rendered as makes the b_k be refined next. */
+bool plan_refine_is_due(const plan_t *plan);
 
 /* Mutations that a chain makes. */
 uint64_t plan_chain_length(const plan_t *plan);

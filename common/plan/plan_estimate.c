@@ -3,11 +3,13 @@
  * Chains: I = sum_k (b_k / N_k) S_k, S_k the film of length k, N_k its mutations. Units of one length are (given
  * the seeds) independent, their variance in proportion to their size n (1 but for the last one), so the variance of
  * S_k is that between units: n_k / (U_k - 1) (Q_k - S_k^2 / n_k), Q_k the sum of x^2 / n over U_k units, n_k the
- * sum of n. Lengths share one sum of squares by pixel, in which they have the weights that the plan foresaw; what
- * b_k / N_k and U_k have become since is known by length. So the squares are brought to the image's variance by a
- * factor (`correction`) that is a mean over lengths, each with its part of the variance in a block of the image.
- * The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths at once: the same
- * with one film.
+ * sum of n. Units that count by weights w (plan_eras.h) have them in film, N_k and n; sum w^2 x^2 / (w n) less the
+ * square over the sum of w n is then sum w - sum w^2 n / sum w n variances of one unit, and the film has sum w^2 n
+ * of them: U_k is plan_eras_units. Lengths share one sum of squares by pixel, in which they have the weights that
+ * the plan foresaw; what b_k / N_k and U_k have become since is known by length. So the squares are brought to the
+ * image's variance by a factor (`correction`) that is a mean over lengths, each with its part of the variance in a
+ * block of the image. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths
+ * at once: the same with one film.
  */
 #include "plan/plan_estimate.h"
 
@@ -24,7 +26,7 @@ static const double ESTIMATE_UNSEEN = 2;
 
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
 {
-    const double n = moments->n;
+    const double n = exact_value(&moments->n, 1);
     if (!(n > 0)) {
         *error = 0;
         return 0;
@@ -35,23 +37,57 @@ static double moments_mean(const plan_moments_t *moments, double unit, double *e
     return mean;
 }
 
+/* Of what is added up by weights w (plan_eras.h): by how much the variance of its mean is larger than that of as
+ * many values with weight 1: sum w^2 m / sum w m over the units of lengths[k], beside values with weight 1 (of n in
+ * all). */
+static double moments_spread(const plan_t *plan, uint32_t k, double n)
+{
+    const double counted = plan_eras_counted(plan, k), squared = plan_eras_squared(plan, k);
+    if (!(counted > 0) || squared == counted)
+        return 1;
+    const double part = k > 0 ? 1 : fmin(counted / n, 1); /* large steps are all of such units */
+    return 1 + part * (squared / counted - 1);
+}
+
+/* An estimator's mean by samples and by large steps, with errors and weights. */
+typedef struct estimate_two {
+    double samples, steps, e_samples, e_steps, w_samples, w_steps;
+} estimate_two_t;
+
 /* Two estimators of the same: bidirectional samples and large steps. A large step tries one of the length's
  * techniques, a sample all of them, so a sample counts as so many large steps: weights fixed beforehand keep the
  * mean unbiased. */
-static double estimate_join(const plan_t *plan, uint32_t k, uint32_t entry, double *error)
+static estimate_two_t estimate_two(const plan_t *plan, uint32_t k, uint32_t entry)
 {
     const plan_length_t *length = &plan->lengths[k];
-    double e_samples, e_steps;
-    const double samples = moments_mean(&length->samples[entry], plan->b, &e_samples),
-                 steps = moments_mean(&length->large_steps[entry], plan->b, &e_steps);
-    const double w_samples = length->samples[entry].n * (k + 1), w_steps = length->large_steps[entry].n;
-    if (!(w_steps > 0)) {
-        *error = e_samples;
-        return samples;
+    const double samples = exact_value(&length->samples[entry].n, 1),
+                 steps = exact_value(&length->large_steps[entry].n, 1);
+    estimate_two_t two = {.w_samples = samples * (k + 1), .w_steps = steps};
+    two.samples = moments_mean(&length->samples[entry], plan->b, &two.e_samples);
+    two.steps = moments_mean(&length->large_steps[entry], plan->b, &two.e_steps);
+    two.e_samples *= sqrt(moments_spread(plan, 0, samples));
+    two.e_steps *= sqrt(moments_spread(plan, k, steps));
+    return two;
+}
+
+static double estimate_join(const plan_t *plan, uint32_t k, uint32_t entry, double *error)
+{
+    const estimate_two_t two = estimate_two(plan, k, entry);
+    if (!(two.w_steps > 0)) {
+        *error = two.e_samples;
+        return two.samples;
     }
-    const double total = w_samples + w_steps;
-    *error = hypot(w_samples * e_samples, w_steps * e_steps) / total;
-    return (w_samples * samples + w_steps * steps) / total;
+    const double total = two.w_samples + two.w_steps;
+    *error = hypot(two.w_samples * two.e_samples, two.w_steps * two.e_steps) / total;
+    return (two.w_samples * two.samples + two.w_steps * two.steps) / total;
+}
+
+double plan_length_b_by_samples(const plan_t *plan, uint32_t k)
+{
+    const estimate_two_t two = estimate_two(plan, k, 0);
+    const double samples = two.w_samples * two.e_samples, steps = two.w_steps * two.e_steps,
+                 all = samples * samples + steps * steps;
+    return all > 0 && isfinite(all) ? samples * samples / all : 1;
 }
 
 double plan_length_b(const plan_t *plan, uint32_t k, double *error)
@@ -130,8 +166,7 @@ static void pixels_correct(plan_pixels_t *pixels)
     const bool known = unseen <= ESTIMATE_UNSEEN;
     double all[PLAN_GROUP_BLOCKS] = {0}, sums[2] = {0, 0};
     for (uint32_t i = 0; i < pixels->count; i++) {
-        const plan_length_t *length = &plan->lengths[pixels->lengths[i]];
-        const double units = (double)length->units_in;
+        const double units = plan_eras_units(plan, pixels->lengths[i]);
         double blocks[PLAN_GROUP_BLOCKS];
         if (units < 2 && plan_is_samples(plan, pixels->lengths[i])) {
             pixels->single = pixels->sums[i];
@@ -168,7 +203,7 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
     const uint32_t first = plan_first(plan), last = plan_last(plan);
     double counted = 0;
     for (uint32_t k = first; k <= last; k++)
-        counted += plan_mutations_of(plan, k) * plan_counted(plan, &plan->lengths[k]);
+        counted += plan_mutations_of(plan, k) * plan_counted(plan, k);
     const double squares = plan->weight_max / counted; /* of one unit of c_k x */
     for (uint32_t k = first; k <= last; k++) {
         const plan_length_t *length = &plan->lengths[k];
@@ -179,9 +214,9 @@ void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan)
         double b_error;
         const double b = plan_film_b(plan, k, &b_error), c_k = plan_weight(plan, k) / plan->weight_max;
         pixels->sums[i] = length->film.sums;
-        pixels->factor[i] = b / (plan_counted(plan, length) * FILM_ONE);
+        pixels->factor[i] = b / (plan_counted(plan, k) * FILM_ONE);
         pixels->b_variance[i] = b_error * b_error / (b * b) * pixels->factor[i] * pixels->factor[i];
-        const double size = (double)length->merged / (double)length->unit_mutations;
+        const double size = plan_eras_counted(plan, k) / (double)length->unit_mutations;
         pixels->square[i] = squares * squares * c_k * c_k / (FILM_ONE * FILM_ONE * size);
         pixels_square(plan, length->film.sums, pixels->squared[i]);
     }
@@ -311,51 +346,55 @@ static double estimate_weight(const plan_t *plan, const estimate_planes_t *plane
     return 1 / (value * value + planes->floor) / (double)(FILM_CHANNELS * plan->pixels);
 }
 
-/* relMSE, and the mean weight of each block's pixels. */
-static double estimate_relmse(const plan_t *plan, const estimate_planes_t *planes,
-                              double weights[PLAN_GROUP_BLOCKS])
+static double estimate_relmse(const plan_t *plan, const estimate_planes_t *planes)
 {
-    double sum = 0, counts[PLAN_GROUP_BLOCKS] = {0};
-    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-        weights[i] = 0;
-    for (size_t p = 0; p < plan->pixels; p++) {
-        const uint32_t block = plan_block(plan, p);
-        for (size_t c = 0; c < FILM_CHANNELS; c++) {
-            const double weight = estimate_weight(plan, planes, p, c);
-            sum += planes->variances[c * plan->pixels + p] * weight;
-            weights[block] += weight;
-            counts[block]++;
-        }
-    }
-    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-        weights[i] = counts[i] > 0 ? weights[i] / counts[i] : 0;
+    double sum = 0;
+    for (size_t p = 0; p < plan->pixels; p++)
+        for (size_t c = 0; c < FILM_CHANNELS; c++)
+            sum += planes->variances[c * plan->pixels + p] * estimate_weight(plan, planes, p, c);
     return sum;
 }
 
+/* Weights of the squared errors of luminance at the spots of the groups. */
+static void estimate_spots(const plan_t *plan, const estimate_planes_t *planes, double weights[PLAN_SPOTS])
+{
+    for (uint32_t i = 0; i < plan->groups.spot_count; i++) {
+        const size_t p = plan_groups_spot(&plan->groups, i);
+        const double value = rgb_luminance(
+            rgb(planes->values[p], planes->values[plan->pixels + p], planes->values[2 * plan->pixels + p]));
+        weights[i] = 1 / (value * value + planes->floor) / plan->groups.spot_count;
+    }
+}
+
 /* What each length brings to relMSE; returns the relative variance that relMSE has by the errors of the b_k, each
- * one normal number. */
-static double estimate_lengths(const plan_pixels_t *pixels, const double weights[PLAN_GROUP_BLOCKS], double relmse,
-                               double lengths[PATH_MAX_VERTICES])
+ * one normal number. Squares are kept by block for each length, and a block's mean weight says little where a lamp
+ * is beside a shadow: so the films' part is that of the spots, pixels with weights of their own. */
+static double estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes, plan_error_t *error)
 {
     const plan_t *plan = pixels->plan;
-    double all = 0, b_squares = 0;
+    double all = 0, b_squares = 0, of_single = 0, of_b[PATH_MAX_VERTICES] = {0}, spots[PLAN_SPOTS];
+    for (size_t p = 0; p < plan->pixels; p++)
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            const double weight = estimate_weight(plan, planes, p, c);
+            for (uint32_t i = 0; i < pixels->count; i++) {
+                const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
+                of_b[i] += x * x * weight;
+            }
+            of_single += weight * pixels_single(pixels, p, c);
+        }
+    estimate_spots(plan, planes, spots);
     for (uint32_t i = 0; i < pixels->count; i++) {
-        const bool single = pixels->single && plan_is_samples(plan, pixels->lengths[i]);
-        double sum = 0, of_single = 0, blocks[PLAN_GROUP_BLOCKS];
-        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
-            sum += pixels->squared[i][block] * weights[block] * pixels->b_variance[i];
-        for (size_t p = 0; single && p < plan->pixels; p++)
-            for (size_t c = 0; c < FILM_CHANNELS; c++)
-                of_single += weights[plan_block(plan, p)] * pixels_single(pixels, p, c);
-        b_squares += sum * sum;
-        pixels_blocks(pixels, i, blocks);
-        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
-            sum += weights[block] * blocks[block] * pixels->excess[i];
-        lengths[pixels->lengths[i]] = sum + of_single;
-        all += sum + of_single;
+        const uint32_t k = pixels->lengths[i];
+        error->of_b[k] = of_b[i] * pixels->b_variance[i];
+        error->lengths[k] = error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
+                            plan_scatter_part(&plan->groups, k, pixels->factor[i], spots);
+        b_squares += error->of_b[k] * error->of_b[k];
+        all += error->lengths[k];
     }
-    for (uint32_t i = 0; i < pixels->count && all > 0; i++) /* blocks' weights are not quite the pixels' */
-        lengths[pixels->lengths[i]] *= relmse / all;
+    for (uint32_t i = 0; i < pixels->count && all > 0; i++) { /* spots are not quite all pixels */
+        error->lengths[pixels->lengths[i]] *= error->relmse / all;
+        error->of_b[pixels->lengths[i]] *= error->relmse / all;
+    }
     return all > 0 ? 2 * b_squares / (all * all) : 0;
 }
 
@@ -400,12 +439,7 @@ static void estimate_interval(const plan_pixels_t *pixels, const estimate_planes
     double weights[PLAN_SPOTS], factor[PATH_MAX_VERTICES] = {0};
     plan_scatter_t scatter;
     error->reason[0] = 0;
-    for (uint32_t i = 0; i < plan->groups.spot_count; i++) {
-        const size_t p = plan_groups_spot(&plan->groups, i);
-        const double value = rgb_luminance(
-            rgb(planes->values[p], planes->values[plan->pixels + p], planes->values[2 * plan->pixels + p]));
-        weights[i] = 1 / (value * value + planes->floor) / plan->groups.spot_count;
-    }
+    estimate_spots(plan, planes, weights);
     for (uint32_t i = 0; i < pixels->count; i++)
         factor[pixels->lengths[i]] = pixels->factor[i];
     if (!plan_scatter_measure(&scatter, &plan->groups, factor, weights)) {
@@ -433,9 +467,8 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     plan_pixels_init(&pixels, plan);
     estimate_planes_t planes = {0};
     if (pixels.correction[0] < INFINITY && estimate_planes(plan, &pixels, &planes)) {
-        double weights[PLAN_GROUP_BLOCKS];
-        error->relmse = estimate_relmse(plan, &planes, weights);
-        const double of_b = estimate_lengths(&pixels, weights, error->relmse, error->lengths);
+        error->relmse = estimate_relmse(plan, &planes);
+        const double of_b = estimate_lengths(&pixels, &planes, error);
         estimate_interval(&pixels, &planes, of_b, error);
     }
     free(planes.values);

@@ -10,6 +10,9 @@
 double plan_length_b(const plan_t *plan, uint32_t k, double *error);
 /* What the film of lengths[k] over its mutations is multiplied by, and the error of that. */
 double plan_film_b(const plan_t *plan, uint32_t k, double *error);
+/* How much of the variance of the estimate of b_k is that of the samples, the rest being the large steps'; 1 where
+ * none is known. */
+double plan_length_b_by_samples(const plan_t *plan, uint32_t k);
 double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *error);
 /* Pixel values and variances: what plan_pixel needs, computed once an image. */
 typedef struct plan_pixels {
@@ -39,6 +42,7 @@ typedef struct plan_error {
     bool reliable;    /* nothing speaks against relmse and its interval */
     char reason[160]; /* else what does */
     double lengths[PATH_MAX_VERTICES]; /* what each of plan->lengths brings to it */
+    double of_b[PATH_MAX_VERTICES];    /* of that, by the error of b_k */
 } plan_error_t;
 void plan_estimate_error(const plan_t *plan, plan_error_t *error);
 

@@ -23,7 +23,8 @@ static double plan_samples_at(const plan_t *plan, size_t pixel)
             continue;
         const int64_t *sum = film->sums + FILM_CHANNELS * pixel;
         const rgb_t value = rgb((double)sum[0] / FILM_ONE, (double)sum[1] / FILM_ONE, (double)sum[2] / FILM_ONE);
-        samples += plan->settings.target == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value);
+        samples += (plan->settings.target == SETTINGS_TARGET_LUMINANCE ? rgb_luminance(value) : rgb_max(value)) *
+                   ((double)plan->lengths[k].merged / plan_eras_counted(plan, k));
     }
     if (plan->has_importance) { /* films hold weights over it */
         const settings_t *s = &plan->settings;

@@ -4,19 +4,18 @@
 
 static void put_moments(wire_writer_t *out, const plan_moments_t *moments)
 {
-    wire_put_f64(out, moments->n);
+    exact_put(out, &moments->n);
     exact_put(out, &moments->sum);
     exact_put(out, &moments->sum2);
 }
 
 static void get_moments(wire_reader_t *in, plan_moments_t *moments)
 {
-    moments->n = wire_get_f64(in, "moments");
+    exact_get(in, &moments->n);
     exact_get(in, &moments->sum);
     exact_get(in, &moments->sum2);
-    if (!in->code &&
-        (!(moments->n >= 0) || !isfinite(moments->n) || moments->sum.value < 0 || moments->sum2.value < 0))
-        wire_reader_fail(in, FAULT_RANGE, "moments", "are negative or not finite");
+    if (!in->code && (moments->n.value < 0 || moments->sum.value < 0 || moments->sum2.value < 0))
+        wire_reader_fail(in, FAULT_RANGE, "moments", "are negative");
 }
 
 void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k)
@@ -27,6 +26,8 @@ void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k
     wire_put_f64(out, length->most);
     wire_put_u64(out, length->units_in);
     wire_put_u64(out, length->merged);
+    wire_put_u64(out, length->counted);
+    wire_put_u64(out, length->rays);
     wire_put_u64(out, length->zero_proposals);
     wire_put_u64(out, length->longest_stay);
     wire_put_u64(out, length->stuck_light);
@@ -59,6 +60,8 @@ void plan_length_get(wire_reader_t *in, plan_length_t *length, uint32_t k)
         wire_reader_fail(in, FAULT_RANGE, "most", "%g", length->most);
     length->units_in = wire_get_u64(in, "units_in");
     length->merged = wire_get_u64(in, "merged");
+    length->counted = wire_get_u64(in, "counted");
+    length->rays = wire_get_u64(in, "rays");
     length->zero_proposals = wire_get_u64(in, "zero_proposals");
     length->longest_stay = wire_get_u64(in, "longest_stay");
     length->stuck_light = wire_get_u64(in, "stuck light");

@@ -9,10 +9,9 @@
 #include "path/walk.h"
 #include "plan/exact.h"
 
-/* Sums of one estimator over units, free of order; in units of `unit` and its square. */
+/* Sums of one estimator over units, free of order: of 1, in units of `unit` and its square. */
 typedef struct plan_moments {
-    double n;
-    exact_sum_t sum, sum2;
+    exact_sum_t n, sum, sum2;
 } plan_moments_t;
 
 /* How the chains of a length step: powers of two, as in work_record_t. */
@@ -40,6 +39,8 @@ typedef struct plan_length {
     uint64_t early_mutations, early_chains; /* of each of the first PLAN_EARLY units: smaller ones */
     uint64_t units_out, units_in;
     uint64_t handed, merged; /* mutations */
+    uint64_t counted;        /* merged by weight (plan_eras.h), rounded for each unit */
+    uint64_t rays;           /* of the units that are in */
     uint64_t chains;         /* ids given out */
     film_t film;
     /* Estimators [0] of b_k, [1 + s] of b_{k,s}: by bidirectional samples (pilot, refinement, pt and bdpt), by the
@@ -54,9 +55,9 @@ typedef struct plan_length {
 } plan_length_t;
 
 /* Of lengths[k], what is neither an array nor follows from the list of units. Layout: f64 b, need, light; u64
- * units in, merged, zero proposals, longest stay, stuck light; f64 CPU seconds; by move u64 proposed, accepted
- * (exact.h); u64 failed in every block; k + 1 f64 techniques; for k + 2 estimators those of samples and of large
- * steps, f64 n, then sum and sum2 (exact.h). */
+ * units in, merged, counted, rays, zero proposals, longest stay, stuck light; f64 CPU seconds; by move u64
+ * proposed, accepted (exact.h); u64 failed in every block; k + 1 f64 techniques; for k + 2 estimators those of
+ * samples and of large steps: n, sum and sum2 (exact.h). */
 void plan_length_put(wire_writer_t *out, const plan_length_t *length, uint32_t k);
 /* Hostile bytes; faults are the reader's. */
 void plan_length_get(wire_reader_t *in, plan_length_t *length, uint32_t k);

@@ -111,6 +111,9 @@ static json_t *report_length(const plan_t *plan, const plan_error_t *estimate, u
     json_add_number(object, "most", plan->lengths[k].most);
     json_add_number(object, "relmse", plan->lengths[k].merged > 0 ? estimate->lengths[k] : NAN);
     json_add_number(object, "share", plan->lengths[k].share);
+    json_t *eras = plan->lengths[k].share > 0 ? plan_eras_json(plan, k) : NULL;
+    if (eras)
+        json_add(object, "eras", eras);
     if (plan->lengths[k].trials > 0) {
         json_add_number(object, "inefficiency", plan->lengths[k].inefficiency);
         json_add_number(object, "rays", plan->lengths[k].cost);
@@ -279,6 +282,9 @@ json_t *plan_report(const plan_t *plan)
         json_t *samples = json_new_object();
         json_add_number(samples, "relmse", plan->lengths[0].merged > 0 ? estimate.lengths[0] : NAN);
         json_add_number(samples, "share", plan->lengths[0].share);
+        json_t *eras = plan->lengths[0].share > 0 ? plan_eras_json(plan, 0) : NULL;
+        if (eras)
+            json_add(samples, "eras", eras);
         json_add_number(samples, "samples", (double)plan->lengths[0].merged);
         json_add_number(samples, "cpu_seconds", plan->lengths[0].cpu_seconds);
         json_add_bool(samples, "alone", plan->samples_alone);

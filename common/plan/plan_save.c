@@ -3,8 +3,8 @@
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
  * totals; then per length its sums, candidates and film; squares, of pixels and (chains) of blocks; features;
- * groups, history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole.
- * Large arrays are packed (u32 size, zstd).
+ * groups, history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole; in
+ * the render what the eras are and the results that wait (plan_eras.h). Large arrays are packed (u32 size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -164,6 +164,8 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     plan_left_out_put(out, plan);
     plan_survey_put(out, plan);
     plan_passes_put(out, plan);
+    if (plan->phase == PLAN_RENDER)
+        plan_eras_put(out, plan);
 }
 
 fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
@@ -213,9 +215,9 @@ static fault_code_t load_groups(plan_t *plan, wire_reader_t *in)
         uint64_t count = 0;
         for (uint32_t g = 0; g < PLAN_GROUPS; g++)
             count += plan->groups.counts[(size_t)k * PLAN_GROUPS + g];
-        if (count != plan->lengths[k].merged)
+        if (count != plan->lengths[k].counted)
             return wire_reader_fail(in, FAULT_FORMAT, "groups", "%llu mutations of length %u, expected %llu",
-                                    (unsigned long long)count, k, (unsigned long long)plan->lengths[k].merged);
+                                    (unsigned long long)count, k, (unsigned long long)plan->lengths[k].counted);
     }
     return FAULT_NONE;
 }
@@ -270,27 +272,82 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     TRY(plan_survey_get(in, plan));
     TRY(plan_passes_get(in, plan, fault));
     plan_predict(plan);
-    return wire_reader_end(in);
+    return in->code;
 }
 
 /* What the units that are in add up to, by length. */
 typedef struct load_counts {
-    uint64_t units[PATH_MAX_VERTICES], merged[PATH_MAX_VERTICES];
-    uint64_t open[PASSES_OPEN]; /* samples of the passes that are not whole */
+    uint64_t units[PATH_MAX_VERTICES], merged[PATH_MAX_VERTICES], counted[PATH_MAX_VERTICES];
+    uint64_t open[PASSES_OPEN]; /* samples of the passes that are not whole, */
+    uint64_t whole;             /* and of those that are and come in parts */
 } load_counts_t;
 
-static void load_count(load_counts_t *counts, const plan_t *plan, const work_record_t *record)
+/* Of a unit of chains or samples, or a pass of samples. */
+static void load_count_one(load_counts_t *counts, plan_t *plan, const plan_unit_t *unit, uint64_t merged)
 {
-    if (record->kind != WORK_CHAINS && record->kind != WORK_SAMPLES)
-        return;
-    if (record->kind == WORK_SAMPLES && plan->passes.parts > 1) {
+    const uint32_t k = unit->record.length;
+    plan_eras_add(plan, unit, k, merged);
+    counts->units[k]++;
+    counts->merged[k] += merged;
+    counts->counted[k] += (uint64_t)llround(plan_eras_weight(plan, unit) * (double)merged);
+}
+
+static void load_count(load_counts_t *counts, plan_t *plan, const plan_unit_t *unit)
+{
+    const work_record_t *record = &unit->record;
+    plan_eras_took(plan, unit);
+    if (record->kind == WORK_CHAINS) {
+        load_count_one(counts, plan, unit, record->mutations);
+    } else if (record->kind == WORK_SAMPLES && plan->passes.parts == 1) {
+        load_count_one(counts, plan, unit, record->count);
+    } else if (record->kind == WORK_SAMPLES) {
         const uint32_t open = plan_passes_find(plan, record->first / plan->pixels);
-        *(open < PASSES_OPEN ? &counts->open[open] : &counts->merged[0]) += record->count;
-        counts->units[0] = counts->merged[0] / plan->pixels;
-        return;
+        if (open < PASSES_OPEN) {
+            counts->open[open] += record->count;
+            return;
+        }
+        counts->whole += record->count; /* whole passes, part by part: those of one are of one era */
+        if (counts->whole / plan->pixels > counts->units[0])
+            load_count_one(counts, plan, unit, plan->pixels);
     }
-    counts->units[record->length]++;
-    counts->merged[record->length] += record->kind == WORK_CHAINS ? record->mutations : record->count;
+}
+
+static fault_code_t load_check_counts(const plan_t *plan, wire_reader_t *in, const load_counts_t *counts)
+{
+    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        if (counts->units[k] != length->units_in || counts->merged[k] != length->merged ||
+            counts->counted[k] != length->counted)
+            return wire_reader_fail(in, FAULT_FORMAT, "units_in",
+                                    "%llu with %llu mutations of length %u, expected %llu with %llu",
+                                    (unsigned long long)length->units_in, (unsigned long long)length->merged, k,
+                                    (unsigned long long)counts->units[k], (unsigned long long)counts->merged[k]);
+    }
+    for (uint32_t i = 0; i < plan->passes.count; i++)
+        if (counts->open[i] != plan->passes.open[i].count)
+            return wire_reader_fail(in, FAULT_FORMAT, "open pass", "%llu with %llu samples, expected %llu",
+                                    (unsigned long long)plan->passes.open[i].number,
+                                    (unsigned long long)plan->passes.open[i].count,
+                                    (unsigned long long)counts->open[i]);
+    return FAULT_NONE;
+}
+
+/* Results that wait are of units that are in, and are what those ask for. */
+static fault_code_t load_check_pending(const plan_t *plan, wire_reader_t *in, fault_t *fault)
+{
+    const plan_pending_t *pending = &plan->eras.pending;
+    for (size_t i = 0; i < pending->count; i++) {
+        const plan_pending_result_t *kept = &pending->results[i];
+        const plan_unit_t *unit = &plan->units[kept->unit];
+        work_result_t result;
+        if (unit->state != PLAN_UNIT_IN || unit->era == PLAN_NO_ERA)
+            return wire_reader_fail(in, FAULT_FORMAT, "pending results", "unit %llu is not one that is in",
+                                    (unsigned long long)kept->unit);
+        TRY(work_result_decode(&result, &unit->record, plan->settings.width, plan->settings.height,
+                               plan->settings.max_path_length, kept->data, kept->size, fault));
+        work_result_clear(&result);
+    }
+    return FAULT_NONE;
 }
 
 /* Estimators of a unit are of so many values: of none before it is in. */
@@ -303,9 +360,10 @@ static fault_code_t load_check_in(wire_reader_t *in, const char *field, double n
 }
 
 /* Makes the list of units again and marks those that are in. */
-static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count)
+static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *states, uint64_t count,
+                               fault_t *fault)
 {
-    load_counts_t counts = {{0}, {0}, {0}};
+    load_counts_t counts = {{0}, {0}, {0}, {0}, 0};
     const uint64_t trials = plan->pilot_units + plan->trial_units, whole = plan->phase == PLAN_RENDER ? trials
                                                                            : plan->has_candidates
                                                                                ? plan->pilot_units
@@ -320,9 +378,11 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         plan->units[i].state = states[i];
         if (states[i] != PLAN_UNIT_IN)
             continue;
-        load_count(&counts, plan, &plan->units[i].record);
-        work_record_clear(&plan->units[i].record);
         plan->in++;
+        if (plan_pending_has(&plan->eras.pending, i))
+            continue;
+        load_count(&counts, plan, &plan->units[i]);
+        work_record_clear(&plan->units[i].record);
     }
     for (uint64_t i = 0; i < count && i < plan->sketch_units; i++)
         plan->sketch_in += states[i] == PLAN_UNIT_IN;
@@ -351,19 +411,9 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
     if (count < whole || (plan->phase == PLAN_PILOT && plan->in == next))
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",
                                 (unsigned long long)plan->in);
-    for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
-        if (counts.units[k] != plan->lengths[k].units_in || counts.merged[k] != plan->lengths[k].merged)
-            return wire_reader_fail(
-                in, FAULT_FORMAT, "units_in", "%llu with %llu mutations of length %u, expected %llu with %llu",
-                (unsigned long long)plan->lengths[k].units_in, (unsigned long long)plan->lengths[k].merged, k,
-                (unsigned long long)counts.units[k], (unsigned long long)counts.merged[k]);
-    for (uint32_t i = 0; i < plan->passes.count; i++)
-        if (counts.open[i] != plan->passes.open[i].count)
-            return wire_reader_fail(in, FAULT_FORMAT, "open pass", "%llu with %llu samples, expected %llu",
-                                    (unsigned long long)plan->passes.open[i].number,
-                                    (unsigned long long)plan->passes.open[i].count,
-                                    (unsigned long long)counts.open[i]);
-    return FAULT_NONE;
+    TRY(load_check_counts(plan, in, &counts));
+    TRY(load_check_pending(plan, in, fault));
+    return plan_settle(plan, fault);
 }
 
 static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
@@ -394,8 +444,10 @@ static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
     if (plan->phase == PLAN_RENDER) {
         plan_finish_trials(plan);
         plan_size_render(plan);
+        TRY(plan_eras_get(in, plan, count));
     }
-    return load_units(plan, in, states, count);
+    TRY(wire_reader_end(in));
+    return load_units(plan, in, states, count, fault);
 }
 
 fault_code_t plan_restore(plan_t **out, const job_t *job, const scene_t *scene, const uint8_t *data, size_t size,

@@ -132,6 +132,28 @@ static double scatter_draw(const plan_groups_t *groups, const double *errors, co
     return alone;
 }
 
+double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights)
+{
+    const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
+    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * groups->spot_count;
+    double count = 0, alike = 0, squares = 0;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        count += (double)counts[g];
+        alike += (double)counts[g] * (double)counts[g];
+    }
+    alike = alike > 0 ? count * count / alike : 0;
+    for (uint32_t i = 0; i < groups->spot_count && alike > 1 + 1e-9; i++) {
+        double sum = 0;
+        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+            sum += (double)spots[(size_t)g * groups->spot_count + i];
+        for (uint32_t g = 0; g < PLAN_GROUPS && sum > 0; g++) {
+            const double d = (double)spots[(size_t)g * groups->spot_count + i] - (double)counts[g] / count * sum;
+            squares += weights[i] * factor * factor * d * d;
+        }
+    }
+    return alike > 1 + 1e-9 ? squares * alike / (alike - 1) : 0;
+}
+
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
                           const double weights[PLAN_SPOTS])
 {

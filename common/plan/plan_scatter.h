@@ -26,6 +26,10 @@ typedef struct plan_scatter {
                          alike */
 } plan_scatter_t;
 
+/* The variance of the sum of a length's groups at the spots, as they are weighted: their part in relMSE. 0 while
+ * fewer than two groups have units. */
+double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights);
+
 /* factor[k]: the image's light of length k is that times the film's. weights: of the squared errors at the spots.
  * False without memory, or while a length that has units has them in fewer than three groups. */
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,

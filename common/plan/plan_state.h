@@ -3,6 +3,7 @@
 #define PLAN_PLAN_STATE_H
 
 #include "plan/plan.h"
+#include "plan/plan_eras.h"
 #include "plan/plan_groups.h"
 #include "plan/plan_history.h"
 #include "plan/plan_length.h"
@@ -27,8 +28,10 @@ typedef enum plan_unit_state { PLAN_UNIT_OUT = 0, PLAN_UNIT_IN = 1 } plan_unit_s
 
 typedef struct plan_unit {
     uint8_t state;        /* plan_unit_state_t */
+    uint8_t era;          /* of the render, or PLAN_NO_ERA */
     bool handed;          /* after a restore: false until it is handed out again */
-    work_record_t record; /* cleared once the unit is in */
+    uint64_t number;      /* among the units of its length */
+    work_record_t record; /* cleared once the unit's result is added up */
 } plan_unit_t;
 
 struct plan {
@@ -82,7 +85,8 @@ struct plan {
     exact_uint_t *strata;  /* chains: by length and block of the image the same of the block's sum, and of its
                               pixels;  and a row of sums (plan_strata.c) */
     plan_groups_t groups;
-    plan_passes_t passes;   /* of samples */
+    plan_passes_t passes; /* of samples */
+    plan_eras_t eras;
     plan_history_t history; /* of the estimated error */
     double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
     float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
@@ -154,18 +158,11 @@ static inline bool plan_has_seeds(const plan_t *plan, uint32_t k)
     return plan_is_chains(plan) && !plan_is_samples(plan, k) && (k == 0) == plan_is_whole(plan);
 }
 
-/* The number among a length's units of that which begins with chain `first`. */
-static inline uint64_t plan_unit_number(const plan_length_t *length, uint64_t first)
-{
-    const uint64_t early = PLAN_EARLY * length->early_chains;
-    return first < early ? first / length->early_chains : PLAN_EARLY + (first - early) / length->unit_chains;
-}
-
-/* Mutations that count: with failures = published those alone that carried light. */
-static inline double plan_counted(const plan_t *plan, const plan_length_t *length)
+/* Mutations of lengths[k] that count, by weight: with failures = published those alone that carried light. */
+static inline double plan_counted(const plan_t *plan, uint32_t k)
 {
     const bool fewer = plan->settings.failures == SETTINGS_FAILURES_PUBLISHED;
-    return (double)(length->merged - (fewer ? length->zero_proposals : 0));
+    return plan_eras_counted(plan, k) - (fewer ? (double)plan->lengths[k].zero_proposals : 0);
 }
 
 /* plan.c */
@@ -173,5 +170,7 @@ static inline double plan_counted(const plan_t *plan, const plan_length_t *lengt
 double plan_merged(const plan_t *plan);
 /* Makes the next unit of the list; false if there is none now. */
 bool plan_generate(plan_t *plan);
+/* Takes the decisions that are due, and adds up the results that waited for them. */
+fault_code_t plan_settle(plan_t *plan, fault_t *fault);
 
 #endif

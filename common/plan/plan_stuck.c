@@ -3,11 +3,16 @@
 #include "plan/plan_estimate.h"
 #include "plan/plan_state.h"
 
-void plan_stuck_absorb(plan_t *plan, const work_record_t *record, const work_result_t *result)
+void plan_stuck_absorb(plan_t *plan, const work_record_t *record, const work_result_t *result, double weight)
 {
     uint64_t *light = &plan->lengths[record->length].stuck_light;
-    *light = stuck_sum_light(*light, result->stuck.light);
-    stuck_add(&plan->stuck, &result->stuck);
+    stuck_t stuck = result->stuck;
+    if (weight != 1) {
+        const double scaled = (double)stuck.light * weight;
+        stuck.light = scaled < 0x1p63 ? (uint64_t)(scaled + 0.5) : UINT64_MAX;
+    }
+    *light = stuck_sum_light(*light, stuck.light);
+    stuck_add(&plan->stuck, &stuck);
 }
 
 fault_code_t plan_stuck_check(const plan_t *plan, wire_reader_t *in)

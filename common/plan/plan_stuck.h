@@ -8,8 +8,8 @@
 
 struct plan;
 
-/* Takes in what a unit of chains found. */
-void plan_stuck_absorb(struct plan *plan, const work_record_t *record, const work_result_t *result);
+/* Takes in what a unit of chains found, whose film counts by a weight (plan_eras.h). */
+void plan_stuck_absorb(struct plan *plan, const work_record_t *record, const work_result_t *result, double weight);
 
 /* Of a restored plan, whose counts by length are known: they add up, and are of lengths that have chains. */
 fault_code_t plan_stuck_check(const struct plan *plan, wire_reader_t *in);

@@ -176,6 +176,26 @@ static void saturation_holds_the_limit_and_is_counted(void **state)
     film_clear(&other);
 }
 
+/* By 1 nothing changes; else to the nearest, and never below zero or beyond the range. */
+static void films_are_scaled_to_the_nearest(void **state)
+{
+    (void)state;
+    film_t film;
+    assert_ok(film_init(&film, 1, 1, fault));
+    film.sums[0] = 2385;
+    film.sums[1] = 3;
+    film.sums[2] = INT64_C(1) << 62;
+    film_scale(&film, 1);
+    assert_true(film.sums[0] == 2385 && film.sums[1] == 3 && film.sums[2] == INT64_C(1) << 62);
+    film_scale(&film, 0.125); /* 298.125, 0.375 */
+    assert_true(film.sums[0] == 298 && film.sums[1] == 0 && film.sums[2] == INT64_C(1) << 59);
+    assert_int_equal(film.counts.saturated, 0);
+    film_scale(&film, 16);
+    assert_true(film.sums[0] == 4768 && film.sums[2] == INT64_MAX);
+    assert_int_equal(film.counts.saturated, 1);
+    film_clear(&film);
+}
+
 static void sizes_out_of_range_are_refused(void **state)
 {
     (void)state;
@@ -349,6 +369,7 @@ int main(void)
         cmocka_unit_test(what_cannot_enter_is_counted_by_cause),
         cmocka_unit_test(values_round_to_the_nearest_step),
         cmocka_unit_test(saturation_holds_the_limit_and_is_counted),
+        cmocka_unit_test(films_are_scaled_to_the_nearest),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(encoding_round_trips),
         cmocka_unit_test(cut_data_is_refused_and_leaves_the_film_alone),

@@ -5,10 +5,11 @@
 
 #include "film/fuzz_edit.h"
 #include "plan/plan_fixture.h"
+#include "plan/plan_state.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { SAVES = 12 };
+enum { SAVES = 14, ERAS = SAVES - 1 };
 
 static small_scene_t small;
 static job_t jobs[SAVES];
@@ -16,7 +17,8 @@ static uint8_t *saves[SAVES];
 static size_t save_sizes[SAVES];
 
 /* Chains, samples, chains of all lengths, chains with samples beside them, a job that leaves out something, a
- * survey of techniques, each in the middle of the pilot and of the rendering; 4 x 3 pixels, lengths to 2. */
+ * survey of techniques, one whose shares shift with results that wait, each in the middle of the pilot and of the
+ * rendering; 4 x 3 pixels, lengths to 2. */
 static void prepare(void)
 {
     static const char *const texts[SAVES / 2] = {
@@ -37,7 +39,10 @@ static void prepare(void)
         "'chains':{'pilot_samples':500}}",
         "{'scene':'x','algorithm':'mmlt','max_path_length':2,'film':{'width':4,'"
         "height':3},'stop':{'mutations_per_pixel':20},"
-        "'chains':{'pilot_samples':65536}}"};
+        "'chains':{'pilot_samples':65536}}",
+        "{'scene':'x','algorithm':'mmlt','max_path_length':2,'film':{'width':4,'"
+        "height':3},'stop':{'mutations_per_pixel':800},"
+        "'chains':{'pilot_samples':500,'shift':true,'length':32}}"};
     small_scene_diffuse(&small);
     for (int i = 0; i < SAVES; i++) {
         plan_worker_t worker;
@@ -50,6 +55,10 @@ static void prepare(void)
         uint64_t unit;
         const work_record_t *record;
         plan_next(plan, &unit, &record); /* and one is out */
+        for (int step = 0; i == ERAS && step < 20; step++)
+            plan_fixture_step(plan, &worker);
+        if ((i == ERAS) != (plan->eras.pending.count > 0))
+            abort();
         if (plan_save(plan, &saves[i], &save_sizes[i], &fault))
             abort();
         plan_destroy(&plan);

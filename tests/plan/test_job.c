@@ -195,6 +195,7 @@ static void values_out_of_range_are_refused(void **state)
     refuse("{'scene':'x','algorithm':'pssmlt','chains':{'adapt':true}}", FAULT_UNSUPPORTED, "chains.adapt",
            "pssmlt");
     refuse("{'scene':'x','algorithm':'mmlt','chains':{'adapt':1}}", FAULT_TYPE, "chains.adapt", "true or false");
+    refuse("{'scene':'x','algorithm':'mmlt','chains':{'shift':'on'}}", FAULT_TYPE, "chains.shift", "true or false");
     refuse("{'scene':'x','chains':{'split':-1}}", FAULT_RANGE, "chains.split", "1000000");
     refuse("{'scene':'x','chains':{'split_gain':0.5}}", FAULT_RANGE, "chains.split_gain", "1");
     refuse("{'scene':'x','chains':{'equalize':1.5}}", FAULT_RANGE, "chains.equalize", "1");
@@ -259,15 +260,15 @@ static void assert_round_trip(const job_t *job)
     again = job_print(&back);
     assert_string_equal(again, text);
     const settings_t *a = &job->settings, *b = &back.settings;
-    assert_true(a->algorithm == b->algorithm && a->width == b->width && a->height == b->height &&
-                a->filter == b->filter && a->filter_radius == b->filter_radius &&
-                a->max_path_length == b->max_path_length && a->seed == b->seed && a->target == b->target &&
-                a->kernel == b->kernel && a->large_step == b->large_step &&
-                a->technique_step == b->technique_step && a->jump_step == b->jump_step &&
-                a->partial_step == b->partial_step && a->adapt == b->adapt && a->equalize == b->equalize &&
-                a->split == b->split && a->split_gain == b->split_gain && a->auxiliary_step == b->auxiliary_step &&
-                a->failures == b->failures && a->step_min == b->step_min && a->step_max == b->step_max &&
-                a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
+    assert_true(
+        a->algorithm == b->algorithm && a->width == b->width && a->height == b->height && a->filter == b->filter &&
+        a->filter_radius == b->filter_radius && a->max_path_length == b->max_path_length && a->seed == b->seed &&
+        a->target == b->target && a->kernel == b->kernel && a->large_step == b->large_step &&
+        a->technique_step == b->technique_step && a->jump_step == b->jump_step &&
+        a->partial_step == b->partial_step && a->adapt == b->adapt && a->shift == b->shift &&
+        a->equalize == b->equalize && a->split == b->split && a->split_gain == b->split_gain &&
+        a->auxiliary_step == b->auxiliary_step && a->failures == b->failures && a->step_min == b->step_min &&
+        a->step_max == b->step_max && a->chain_length == b->chain_length && a->pilot_samples == b->pilot_samples);
     assert_memory_equal(a->effects, b->effects, sizeof a->effects);
     assert_true(job->stop.mutations_per_pixel == back.stop.mutations_per_pixel &&
                 job->stop.seconds == back.stop.seconds && job->stop.error == back.stop.error &&
@@ -323,6 +324,7 @@ static void printed_jobs_come_back_to_the_last_bit(void **state)
         s->split = coin() && s->algorithm > SETTINGS_MMLT && s->algorithm != SETTINGS_PSSMLT ? number(0, 100) : 0;
         s->split_gain = coin() ? number(1, 100) : 1;
         s->adapt = s->algorithm > SETTINGS_MMLT && s->algorithm != SETTINGS_PSSMLT && coin();
+        s->shift = coin();
         s->failures = s->algorithm == SETTINGS_MMLT ? SETTINGS_FAILURES_PUBLISHED : SETTINGS_FAILURES_PLAIN;
         s->auxiliary_step = s->algorithm == SETTINGS_CMLT ? 1 - s->large_step - s->jump_step : 0;
         s->step_max = number(1e-9, 0.5);

@@ -25,20 +25,24 @@ typedef struct course {
     const char *effects;
     int pilot;   /* 0: 20000 candidates; 65536 are enough for a survey of techniques */
     double gain; /* split_gain, with as many candidates as the plan chooses; 0: the default */
+    int eras;    /* mutations a chain where shares shift while the render runs; 0: they do not */
 } course_t;
-static const course_t courses[] = {{"mmlt", 0, 0, false, "", 0, 0},
-                                   {"mmlt", 1, 0, false, "", 0, 0},
-                                   {"mmlt", 0, 20, false, "", 0, 0},
-                                   {"mmlt", 0.5, 3, true, "'caustics':'off'", 0, 0},
-                                   {"bdpt", 0, 0, false, "", 0, 0},
-                                   {"pssmlt", 0, 0, false, "", 0, 0},
-                                   {"pt", 0, 0, false, "'emission':'off','indirect':'off'", 0, 0},
-                                   {"pssmlt", 0.5, 0, false, "", 0, 0},
-                                   {"rjmlt", 1, 500, false, "", 0, 0},
-                                   {"rjmlt", 1, 20, true, "", 0, 0},
-                                   {"cmlt", 0, 0, true, "", 0, 0},
-                                   {"cmlt", 1, 3, true, "'emission':'off'", 65536, 0},
-                                   {"rjmlt", 1, 20, true, "", 0, 1e6}};
+static const course_t courses[] = {{"mmlt", 0, 0, false, "", 0, 0, 0},
+                                   {"mmlt", 1, 0, false, "", 0, 0, 0},
+                                   {"mmlt", 0, 20, false, "", 0, 0, 0},
+                                   {"mmlt", 0.5, 3, true, "'caustics':'off'", 0, 0, 0},
+                                   {"bdpt", 0, 0, false, "", 0, 0, 0},
+                                   {"pssmlt", 0, 0, false, "", 0, 0, 0},
+                                   {"pt", 0, 0, false, "'emission':'off','indirect':'off'", 0, 0, 0},
+                                   {"pssmlt", 0.5, 0, false, "", 0, 0, 0},
+                                   {"rjmlt", 1, 500, false, "", 0, 0, 0},
+                                   {"rjmlt", 1, 20, true, "", 0, 0, 0},
+                                   {"cmlt", 0, 0, true, "", 0, 0, 0},
+                                   {"cmlt", 1, 3, true, "'emission':'off'", 65536, 0, 0},
+                                   {"rjmlt", 1, 20, true, "", 0, 1e6, 0},
+                                   {"mmlt", 0, 0, false, "", 0, 0, 40},
+                                   {"cmlt-rex", 1, 0, false, "", 0, 0, 40},
+                                   {"rjmlt", 1, 20, false, "", 0, 0, 40}};
 enum { COURSES = sizeof courses / sizeof *courses };
 
 static uint64_t counter;
@@ -53,27 +57,28 @@ static job_t job_with(const course_t *course, const char *stop, const char *more
     char text[512];
     snprintf(text, sizeof text,
              "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':'31','stop':{%s},'chains':{'%s':"
-             "%g,'equalize':%g,'split':%g,'adapt':%s},'effects':{%s}%s}",
+             "%g,'equalize':%g,'split':%g,'adapt':%s,'shift':%s%s%.0d},'effects':{%s}%s}",
              course->algorithm, stop, course->gain > 0 ? "split_gain" : "pilot_samples",
              course->gain > 0 ? course->gain
              : course->pilot  ? course->pilot
                               : 20000,
-             course->equalize, course->split, course->adapt ? "true" : "false", course->effects, more);
+             course->equalize, course->split, course->adapt ? "true" : "false", course->eras ? "true" : "false",
+             course->eras ? ",'length':" : "", course->eras, course->effects, more);
     return plan_fixture_job(text);
 }
 
 static job_t job_of(const char *algorithm, const char *stop, const char *more)
 {
-    return job_with(&(course_t){algorithm, 0, 0, false, "", 0, 0}, stop, more);
+    return job_with(&(course_t){algorithm, 0, 0, false, "", 0, 0, 0}, stop, more);
 }
 
 /* ---- order, repetition, restarts ---- */
 
 static json_t *report_copy(const json_t *length)
 {
-    static const char *const names[] = {"length",      "b",         "techniques", "idle",  "idle_energy",
-                                        "share",       "mutations", "chains",     "moves", "zero_contribution",
-                                        "longest_stay"};
+    static const char *const names[] = {"length", "b",         "techniques",  "idle",  "idle_energy",
+                                        "share",  "mutations", "chains",      "moves", "zero_contribution",
+                                        "eras",   "relmse",    "longest_stay"};
     json_t *object = json_new_object();
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (json_get(length, names[i]))
@@ -137,6 +142,7 @@ typedef struct flight {
     result_t results[RESULTS];
     uint32_t count;
     uint64_t merged, duplicates, restarts, pilot_restarts;
+    uint64_t pending_restarts; /* with results that wait for the end of an era */
 } flight_t;
 
 static void flight_drop(flight_t *flight, uint32_t i)
@@ -170,6 +176,7 @@ static void flight_restart(flight_t *flight, plan_t **plan, const job_t *job, co
     fault_t fault = {0};
     plan_progress_t before, after;
     plan_progress(*plan, &before);
+    const bool pending = (*plan)->eras.pending.count > 0;
     assert_int_equal(plan_save(*plan, &data, &size, &fault), FAULT_NONE);
     plan_destroy(plan);
     if (plan_restore(plan, job, scene, data, size, &fault))
@@ -183,6 +190,7 @@ static void flight_restart(flight_t *flight, plan_t **plan, const job_t *job, co
         if (draw(2))
             flight_drop(flight, i);
     flight->restarts++;
+    flight->pending_restarts += pending;
     flight->pilot_restarts += before.phase == PLAN_PILOT;
 }
 
@@ -209,14 +217,28 @@ static plan_t *run_wildly(const job_t *job, const scene_t *scene, plan_worker_t 
     return plan;
 }
 
+/* Whether an era's shares are not those of the one before. */
+static bool has_shifted(const plan_t *plan)
+{
+    for (uint32_t r = 2; r <= plan->eras.current; r++)
+        for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+            const plan_part_t *a = plan_eras_part(plan, r, k), *b = plan_eras_part(plan, r - 1, k);
+            if (a->work > 0 && b->work > 0 && fabs(a->share / b->share - 1) > 0.1)
+                return true;
+        }
+    return false;
+}
+
 static void order_repetition_and_restarts_leave_no_trace(void **state)
 {
     (void)state;
     small_scene_t small;
     small_scene_box(&small, SMALL_LIGHT_AREA);
     flight_t flight = {.count = 0};
+    int shifts = 0;
     for (int a = 0; a < COURSES; a++) {
         const double budget = courses[a].adapt       ? 700
+                              : courses[a].eras      ? 200
                               : courses[a].split > 0 ? 60
                                                      : 20; /* else there is no room for trials and samples */
         char rule[64];
@@ -226,6 +248,8 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
         plan_worker_make(&worker, &job, &small.scene);
         plan_t *reference = plan_fixture_new(&job, &small.scene);
         plan_fixture_run(reference, &worker, 0);
+        assert_true(courses[a].eras ? reference->eras.current >= 4 : reference->eras.current == 0);
+        shifts += has_shifted(reference);
         for (int round = 0; round < 3; round++) {
             plan_t *plan = run_wildly(&job, &small.scene, &worker, &flight);
             plan_progress_t progress;
@@ -238,9 +262,12 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
         plan_destroy(&reference);
         plan_worker_clear(&worker);
     }
-    print_message("%llu merged, %llu duplicates, %llu restarts, %llu of them during the pilot\n",
+    print_message("%llu merged, %llu duplicates, %llu restarts, %llu of them during the pilot, %llu with results "
+                  "that wait; shares shift in %d of 3 jobs\n",
                   (unsigned long long)flight.merged, (unsigned long long)flight.duplicates,
-                  (unsigned long long)flight.restarts, (unsigned long long)flight.pilot_restarts);
+                  (unsigned long long)flight.restarts, (unsigned long long)flight.pilot_restarts,
+                  (unsigned long long)flight.pending_restarts, shifts);
+    assert_true(flight.pending_restarts > 5 && shifts > 1);
     assert_true(flight.duplicates > 50 && flight.pilot_restarts > 5 && flight.restarts > flight.pilot_restarts + 5);
     small_scene_clear(&small);
 }
@@ -323,7 +350,7 @@ static void malformed_results_change_nothing(void **state)
                 plan_absorbed_t how;
                 uint8_t *data = plan_worker_run(&worker, record, &size);
                 const uint32_t kind = record->kind, length = record->length;
-                if (draw(2) == 0) { /* of some units: saving before and after takes its time */
+                if (unit % 2 == 0) { /* of some units: saving before and after takes its time */
                     refuse(plan, unit, data, 0);
                     refuse(plan, unit, data, draw(size));
                     refuse(plan, unit, data, size - 1);

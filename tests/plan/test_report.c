@@ -28,7 +28,9 @@ static json_t *report_of(const char *algorithm, bool diffuse)
 {
     char text[256];
     snprintf(text, sizeof text,
-             "{'scene':'x','algorithm':'%s','max_path_length':5,'stop':{'mutations_per_pixel':40}}", algorithm);
+             "{'scene':'x','algorithm':'%s','max_path_length':5,'chains':{'shift':true,'length':64},"
+             "'stop':{'mutations_per_pixel':40}}",
+             algorithm);
     const job_t job = plan_fixture_job(text);
     small_scene_t small;
     plan_worker_t worker;
