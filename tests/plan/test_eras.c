@@ -18,7 +18,7 @@
 
 enum { SIDE = 24, PIXELS = SIDE * SIDE, SEEDS = 24, REFERENCES = 12, BLOCKS = 3 };
 
-static bool wrong;
+static bool wrong, in_parts;
 
 fault_code_t __real_plan_find_light(plan_t *plan, fault_t *fault);
 fault_code_t __wrap_plan_find_light(plan_t *plan, fault_t *fault);
@@ -29,6 +29,19 @@ fault_code_t __wrap_plan_find_light(plan_t *plan, fault_t *fault)
     for (uint32_t k = 1; k <= plan->settings.max_path_length && wrong; k += 2)
         plan->lengths[k].inefficiency *= 400;
     return code;
+}
+
+void __real_plan_passes_init(plan_t *plan);
+void __wrap_plan_passes_init(plan_t *plan);
+
+/* As for a large image: three units a pass. */
+void __wrap_plan_passes_init(plan_t *plan)
+{
+    __real_plan_passes_init(plan);
+    if (!in_parts || !plan_splits(plan))
+        return;
+    plan->passes.parts = 3;
+    plan->lengths[0].unit_mutations = PIXELS;
 }
 
 typedef struct picture {
@@ -125,6 +138,8 @@ typedef struct figures {
     double first, last; /* mean share of length 2 in the first and the last era */
 } figures_t;
 
+static figures_t right; /* of frozen shares that are right */
+
 static figures_t measure(const char *more, double per_pixel)
 {
     figures_t out = {0};
@@ -162,8 +177,7 @@ static void shares_shift_to_where_they_should_be(void **state)
 {
     (void)state;
     const double per_pixel = 1000;
-    wrong = false;
-    const figures_t right = measure("'shift':false", per_pixel);
+    right = measure("'shift':false", per_pixel);
     wrong = true;
     const figures_t frozen = measure("'shift':false", per_pixel), shifted = measure("'shift':true", per_pixel);
     wrong = false;
@@ -187,9 +201,9 @@ static void shares_shift_to_where_they_should_be(void **state)
 static void right_shares_lose_nothing(void **state)
 {
     (void)state;
-    const figures_t frozen = measure("'shift':false", 1000), shifted = measure("'shift':true", 1000);
-    if (!(shifted.relmse < 1.08 * frozen.relmse))
-        fail_msg("relMSE %g, with frozen shares %g", shifted.relmse, frozen.relmse);
+    const figures_t shifted = measure("'shift':true", 1000);
+    if (!(shifted.relmse < 1.08 * right.relmse))
+        fail_msg("relMSE %g, with frozen shares %g", shifted.relmse, right.relmse);
 }
 
 /* Weights are what the header says they are, budgets add up to the rule, and every length's weights to all work. */
@@ -264,11 +278,55 @@ static void eras_are_cut_alike(void **state)
     plan_worker_clear(&worker);
 }
 
+/* Passes over the image that several units make, in eras, a restart in the middle of one. */
+static void passes_in_parts_survive_restarts(void **state)
+{
+    (void)state;
+    const job_t job =
+        plan_fixture_job("{'scene':'x','algorithm':'rjmlt','max_path_length':5,'stop':"
+                         "{'mutations_per_pixel':600},'chains':{'shift':true,'length':64,'split':1}}");
+    picture_t pictures[2];
+    plan_worker_t worker;
+    int restarts = 0;
+    in_parts = true;
+    plan_worker_make(&worker, &job, &small.scene);
+    for (int i = 0; i < 2; i++) {
+        plan_t *plan = plan_fixture_new(&job, &small.scene);
+        for (int step = 0; !plan_finished(plan); step++) {
+            plan_fixture_step(plan, &worker);
+            plan_check_stop(plan, 0);
+            if (i == 0 || step % 4 || plan_finished(plan))
+                continue;
+            uint8_t *data;
+            size_t size;
+            fault_t fault = {0};
+            assert_int_equal(plan_save(plan, &data, &size, &fault), FAULT_NONE);
+            restarts += plan->passes.count > 0 && plan->eras.current > 0;
+            plan_destroy(&plan);
+            if (plan_restore(&plan, &job, &small.scene, data, size, &fault))
+                fail_msg("%s", fault.text);
+            free(data);
+        }
+        take_picture(plan, &pictures[i]);
+        if (!(plan->eras.current >= 4 && plan_eras_part(plan, plan->eras.current, 0)->units > 3))
+            fail_msg("%u eras, %llu passes in the last one, share of samples %g", plan->eras.current + 1,
+                     (unsigned long long)plan_eras_part(plan, plan->eras.current, 0)->units, plan->lengths[0].share);
+        for (uint32_t r = 0; r < plan->eras.count; r++)
+            assert_true(plan_eras_part(plan, r, 0)->units * PIXELS == plan_eras_part(plan, r, 0)->budget);
+        plan_destroy(&plan);
+    }
+    in_parts = false;
+    plan_worker_clear(&worker);
+    assert_true(restarts > 3);
+    assert_memory_equal(pictures[0].value, pictures[1].value, sizeof pictures[0].value);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(weights_and_budgets_add_up),
         cmocka_unit_test(eras_are_cut_alike),
+        cmocka_unit_test(passes_in_parts_survive_restarts),
         cmocka_unit_test(shares_shift_to_where_they_should_be),
         cmocka_unit_test(right_shares_lose_nothing),
     };
