@@ -310,7 +310,8 @@ static void passes_in_parts_survive_restarts(void **state)
         take_picture(plan, &pictures[i]);
         if (!(plan->eras.current >= 4 && plan_eras_part(plan, plan->eras.current, 0)->units > 3))
             fail_msg("%u eras, %llu passes in the last one, share of samples %g", plan->eras.current + 1,
-                     (unsigned long long)plan_eras_part(plan, plan->eras.current, 0)->units, plan->lengths[0].share);
+                     (unsigned long long)plan_eras_part(plan, plan->eras.current, 0)->units,
+                     plan->lengths[0].share);
         for (uint32_t r = 0; r < plan->eras.count; r++)
             assert_true(plan_eras_part(plan, r, 0)->units * PIXELS == plan_eras_part(plan, r, 0)->budget);
         plan_destroy(&plan);
@@ -324,10 +325,8 @@ static void passes_in_parts_survive_restarts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weights_and_budgets_add_up),
-        cmocka_unit_test(eras_are_cut_alike),
-        cmocka_unit_test(passes_in_parts_survive_restarts),
-        cmocka_unit_test(shares_shift_to_where_they_should_be),
+        cmocka_unit_test(weights_and_budgets_add_up),       cmocka_unit_test(eras_are_cut_alike),
+        cmocka_unit_test(passes_in_parts_survive_restarts), cmocka_unit_test(shares_shift_to_where_they_should_be),
         cmocka_unit_test(right_shares_lose_nothing),
     };
     return cmocka_run_group_tests(tests, make_reference, drop_reference);
