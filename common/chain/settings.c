@@ -25,6 +25,7 @@ void settings_auto(settings_t *settings)
     settings->equalize = 1;
     settings->split = 20;
     settings->split_gain = 2.5;
+    settings->shift = true;
 }
 
 const char *settings_algorithm_name(settings_algorithm_t algorithm)
