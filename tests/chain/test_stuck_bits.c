@@ -55,7 +55,7 @@ static void bits_do_not_depend_on_what_is_found(void **state)
         image_t images[VERDICTS];
         double chains[VERDICTS];
         snprintf(text, sizeof text,
-                 "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,"
+                 "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'chains':{'split_gain':1},"
                  "'stop':{'mutations_per_pixel':100}}",
                  algorithms[a]);
         for (int v = 0; v < VERDICTS; v++) {
