@@ -598,7 +598,8 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "seconds");
     if (plan->in >= plan->error_next && !plan_passes_begun(plan)) { /* a dotted image is for a late end alone */
         plan_note_error(plan);
-        const uint64_t wait = plan->in / (stop->error > 0 ? 10 : 4); /* the history can do with fewer */
+        const uint64_t rendered = plan->in - plan->pilot_units - plan->trial_units,
+                       wait = rendered / (stop->error > 0 ? 10 : 4); /* the history can do with fewer */
         plan->error_next = plan->in + (wait > 4 ? wait : 4);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
