@@ -17,7 +17,6 @@ enum {
     PILOT_LEAST = 2048,
     PILOT_USUAL = 1 << 17,
     PILOT_MOST = 1 << 19,
-    PILOT_SCALE = 4096,    /* candidates where only the scale is wanted: pt and bdpt */
     REFINE_PARTS = 20,     /* one part in so many of the work goes on refining b_k */
     CHAIN_USUAL = 1 << 14, /* mutations a chain */
     UNIT_LEAST = 1 << 14,
@@ -65,7 +64,7 @@ void plan_size_pilot(plan_t *plan)
         plan->mutations_total = ceil(stop->mutations_per_pixel) * (double)plan->pixels;
     double candidates = PILOT_USUAL;
     if (!plan_is_chains(plan))
-        candidates = PILOT_SCALE;
+        candidates = PLAN_SCALE_CANDIDATES;
     else if (plan->mutations_total > 0) /* a tenth of the work */
         candidates = plan->mutations_total / (10 * budget_sample(plan));
     else if (stop->seconds > 0) /* a tenth of the time of one worker, at sixty thousand a second */
@@ -433,10 +432,9 @@ bool plan_render_record(plan_t *plan, plan_unit_t *unit)
     if (plan_is_samples(plan, k)) {
         if (plan_passes_wait(plan))
             return false;
-        *record = (work_record_t){.kind = WORK_SAMPLES, .scale = plan->scale};
+        *record = (work_record_t){.kind = WORK_SAMPLES, .count = count, .scale = plan->scale};
         plan_passes_place(plan, record);
-        count = plan->passes.parts > 1 ? record->count : count;
-        record->count = count;
+        count = record->count;
         if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
             plan_set_idle(plan, record, NULL)) {
             work_record_clear(record);

@@ -4,6 +4,9 @@
 
 #include "plan/plan_state.h"
 
+/* Where the pilot gives no seeds but only the image's scale. */
+enum { PLAN_SCALE_CANDIDATES = 4096 };
+
 /* Sizes of the first phase from the job; called once. */
 void plan_size_pilot(plan_t *plan);
 /* Unit number `index` of the first phase. */

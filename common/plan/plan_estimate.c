@@ -373,12 +373,16 @@ static double estimate_lengths(const plan_pixels_t *pixels, const estimate_plane
 {
     const plan_t *plan = pixels->plan;
     double all = 0, b_squares = 0, of_single = 0, of_b[PATH_MAX_VERTICES] = {0}, spots[PLAN_SPOTS];
-    for (size_t p = 0; p < plan->pixels; p++)
+    uint32_t with_b[PATH_MAX_VERTICES], count = 0;
+    for (uint32_t i = 0; i < pixels->count; i++)
+        if (pixels->b_variance[i] > 0)
+            with_b[count++] = i;
+    for (size_t p = 0; p < plan->pixels && (count > 0 || pixels->single); p++)
         for (size_t c = 0; c < FILM_CHANNELS; c++) {
             const double weight = estimate_weight(plan, planes, p, c);
-            for (uint32_t i = 0; i < pixels->count; i++) {
-                const double x = (double)pixels->sums[i][FILM_CHANNELS * p + c];
-                of_b[i] += x * x * weight;
+            for (uint32_t i = 0; i < count; i++) {
+                const double x = (double)pixels->sums[with_b[i]][FILM_CHANNELS * p + c];
+                of_b[with_b[i]] += x * x * weight;
             }
             of_single += weight * pixels_single(pixels, p, c);
         }

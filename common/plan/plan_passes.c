@@ -92,10 +92,9 @@ void plan_passes_place(const plan_t *plan, work_record_t *record)
 {
     const plan_passes_t *passes = &plan->passes;
     const plan_length_t *samples = &plan->lengths[0];
-    const uint64_t pixels = plan->pixels, unit = samples->units_out, left = samples->budget - samples->handed;
+    const uint64_t pixels = plan->pixels, unit = samples->units_out;
     if (passes->parts == 1) { /* whole passes, one or several */
         record->first = samples->handed;
-        record->count = samples->unit_mutations < left ? samples->unit_mutations : left;
     } else if (unit >= passes_first(passes) || passes->lattice == 0) {
         const uint64_t rest = passes->lattice > 0 ? unit - passes_first(passes) : unit,
                        pass = rest / passes->parts + (passes->lattice > 0), part = rest % passes->parts,

@@ -55,7 +55,7 @@ void plan_passes_clear(plan_passes_t *passes);
 
 /* Whether the next unit of samples has to wait, as too many passes are open. */
 bool plan_passes_wait(const plan_t *plan);
-/* Fills in which samples are the next unit's: first, count, skip. Its length has handed less than its budget. */
+/* Fills in which samples are the next unit's: first, skip, and of a pass that comes in parts the count. */
 void plan_passes_place(const plan_t *plan, work_record_t *record);
 
 /* The place among the open passes of one with this number; PASSES_OPEN if it is not among them. */

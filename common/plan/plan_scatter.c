@@ -5,15 +5,42 @@
 
 enum { SCATTER_DRAWS = PLAN_GROUPS - 1, SCATTER_LEAST = 3 /* groups */ };
 
-/* Contrasts of one length's groups: numbers that add up to zero over the groups that have units, in [draw]. All
- * sixteen: rows of the Hadamard matrix of Sylvester's construction. Fewer: those of the discrete cosine transform
- * of so many, over and over. Each is scaled so that its variance is that of the sum of all groups, whatever their
- * sizes n_g: for deviations x_g - n_g mean of independent x_g, of variances n_g, sum v_g^2 n_g - (sum v_g n_g)^2 /
- * N becomes N. */
-typedef struct scatter_length {
-    double count, alike; /* N; how many groups of one size it is worth */
-    double contrasts[SCATTER_DRAWS][PLAN_GROUPS];
-} scatter_length_t;
+/* A length's groups at the spots. */
+typedef struct scatter_spots {
+    const uint64_t *counts;
+    const exact_uint_t *sums; /* [PLAN_GROUPS][spots] */
+    double count, alike;      /* N; how many groups of one size they are worth */
+    double light[PLAN_SPOTS]; /* of all groups */
+} scatter_spots_t;
+
+static void scatter_open(scatter_spots_t *spots, const plan_groups_t *groups, uint32_t k)
+{
+    const uint32_t n = groups->spot_count;
+    double squares = 0;
+    *spots = (scatter_spots_t){.counts = groups->counts + (size_t)k * PLAN_GROUPS,
+                               .sums = groups->spots + (size_t)k * PLAN_GROUPS * n};
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+        const double count = (double)spots->counts[g];
+        spots->count += count;
+        squares += count * count;
+        for (uint32_t i = 0; i < n; i++)
+            spots->light[i] += exact_double(spots->sums[(size_t)g * n + i]);
+    }
+    spots->alike = squares > 0 ? spots->count * spots->count / squares : 0;
+}
+
+/* What a group's light differs from its share by, times the factor; returns the weighted sum of its squares. */
+static double scatter_deviate(const scatter_spots_t *spots, uint32_t n, uint32_t g, double factor,
+                              const double *weights, double *part)
+{
+    const double share = (double)spots->counts[g] / spots->count;
+    double squares = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        part[i] = factor * (exact_double(spots->sums[(size_t)g * n + i]) - share * spots->light[i]);
+        squares += weights[i] * part[i] * part[i];
+    }
+    return squares;
+}
 
 static double scatter_contrast(uint32_t draw, uint32_t at, uint32_t present)
 {
@@ -22,28 +49,28 @@ static double scatter_contrast(uint32_t draw, uint32_t at, uint32_t present)
     return cos(M_PI * (1 + draw % (present - 1)) * (at + 0.5) / present);
 }
 
-static void scatter_length(scatter_length_t *length, const uint64_t counts[PLAN_GROUPS])
+/* Contrasts of one length's groups: numbers that add up to zero over the groups that have units, in [draw]. All
+ * sixteen: rows of the Hadamard matrix of Sylvester's construction. Fewer: those of the discrete cosine transform
+ * of so many, over and over. Each is scaled so that its variance is that of the sum of all groups, whatever their
+ * sizes n_g: for deviations x_g - n_g mean of independent x_g, of variances n_g, sum v_g^2 n_g - (sum v_g n_g)^2 /
+ * N becomes N. */
+static void scatter_contrasts(const scatter_spots_t *spots, double contrasts[SCATTER_DRAWS][PLAN_GROUPS])
 {
-    double squares = 0;
+    const uint64_t *counts = spots->counts;
     uint32_t present = 0;
-    *length = (scatter_length_t){0};
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        length->count += (double)counts[g];
-        squares += (double)counts[g] * (double)counts[g];
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
         present += counts[g] > 0;
-    }
-    length->alike = squares > 0 ? length->count * length->count / squares : 0;
-    for (uint32_t j = 0; j < SCATTER_DRAWS && present > 1; j++) {
+    for (uint32_t j = 0; j < SCATTER_DRAWS; j++) {
         double own = 0, sum = 0;
         for (uint32_t g = 0, at = 0; g < PLAN_GROUPS; g++) {
             const double v = counts[g] > 0 ? scatter_contrast(j, at++, present) : 0;
-            length->contrasts[j][g] = v;
+            contrasts[j][g] = v;
             own += v * v * (double)counts[g];
             sum += v * (double)counts[g];
         }
-        const double scale = sqrt(length->count / (own - sum * sum / length->count));
+        const double scale = sqrt(spots->count / (own - sum * sum / spots->count));
         for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-            length->contrasts[j][g] *= scale;
+            contrasts[j][g] *= scale;
     }
 }
 
@@ -55,31 +82,21 @@ typedef struct scatter_sums {
 } scatter_sums_t;
 
 /* Group by group, spot by spot: arrays are passed in their order. */
-static void scatter_add(scatter_sums_t *sums, const scatter_length_t *length, const plan_groups_t *groups,
-                        uint32_t k, double factor, const double *weights)
+static void scatter_add(scatter_sums_t *sums, const scatter_spots_t *spots, uint32_t n, double factor,
+                        const double *weights)
 {
-    const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
-    const uint32_t n = groups->spot_count;
-    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * n;
-    double light[PLAN_SPOTS] = {0}, part[PLAN_SPOTS], squares = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-        for (uint32_t i = 0; i < n; i++)
-            light[i] += exact_double(spots[(size_t)g * n + i]);
+    double contrasts[SCATTER_DRAWS][PLAN_GROUPS], part[PLAN_SPOTS], squares = 0;
+    scatter_contrasts(spots, contrasts);
     for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        const double share = (double)counts[g] / length->count;
-        double own = 0;
-        for (uint32_t i = 0; i < n; i++) {
-            part[i] = factor * (exact_double(spots[(size_t)g * n + i]) - share * light[i]);
-            own += weights[i] * part[i] * part[i];
-        }
+        const double own = scatter_deviate(spots, n, g, factor, weights, part);
         for (uint32_t j = 0; j < SCATTER_DRAWS; j++)
             for (uint32_t i = 0; i < n; i++)
-                sums->draws[(size_t)j * n + i] += length->contrasts[j][g] * part[i];
+                sums->draws[(size_t)j * n + i] += contrasts[j][g] * part[i];
         sums->parts[g] += own;
         squares += own;
     }
     sums->all += squares;
-    sums->over_freedom += squares * squares / (length->alike - 1);
+    sums->over_freedom += squares * squares / (spots->alike - 1);
 }
 
 /* All lengths. False while one has units in too few groups. */
@@ -87,13 +104,15 @@ static bool scatter_lengths(scatter_sums_t *sums, const plan_groups_t *groups, c
                             const double *weights)
 {
     for (uint32_t k = 0; k < groups->lengths; k++) {
-        scatter_length_t length;
-        scatter_length(&length, groups->counts + (size_t)k * PLAN_GROUPS);
-        if (length.count == 0 || factor[k] == 0)
+        scatter_spots_t spots;
+        if (factor[k] == 0)
             continue;
-        if (length.alike < SCATTER_LEAST)
+        scatter_open(&spots, groups, k);
+        if (spots.count == 0)
+            continue;
+        if (spots.alike < SCATTER_LEAST)
             return false;
-        scatter_add(sums, &length, groups, k, factor[k], weights);
+        scatter_add(sums, &spots, groups->spot_count, factor[k], weights);
     }
     return sums->all > 0;
 }
@@ -134,24 +153,14 @@ static double scatter_draw(const plan_groups_t *groups, const double *errors, co
 
 double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights)
 {
-    const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
-    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * groups->spot_count;
-    double count = 0, alike = 0, squares = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
-        count += (double)counts[g];
-        alike += (double)counts[g] * (double)counts[g];
-    }
-    alike = alike > 0 ? count * count / alike : 0;
-    for (uint32_t i = 0; i < groups->spot_count && alike > 1 + 1e-9; i++) {
-        double sum = 0;
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-            sum += (double)spots[(size_t)g * groups->spot_count + i];
-        for (uint32_t g = 0; g < PLAN_GROUPS && sum > 0; g++) {
-            const double d = (double)spots[(size_t)g * groups->spot_count + i] - (double)counts[g] / count * sum;
-            squares += weights[i] * factor * factor * d * d;
-        }
-    }
-    return alike > 1 + 1e-9 ? squares * alike / (alike - 1) : 0;
+    scatter_spots_t spots;
+    double part[PLAN_SPOTS], squares = 0;
+    scatter_open(&spots, groups, k);
+    if (!(spots.alike > 1 + 1e-9))
+        return 0;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        squares += scatter_deviate(&spots, groups->spot_count, g, factor, weights, part);
+    return squares * spots.alike / (spots.alike - 1);
 }
 
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,

@@ -40,10 +40,9 @@
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
 #define SPLIT_FIRST WORK_PAIRS_FIRST
 enum {
-    SPLIT_PARTS = 8,    /* one sample in so many of the pilot's */
-    SPLIT_GRID = 64,    /* values of lambda */
-    SPLIT_SCALE = 4096, /* candidates of samples alone, which want no more than the image's scale */
-    SPLIT_SEEDS = 4     /* candidates above the cap that a length's chains need at least */
+    SPLIT_PARTS = 8, /* one sample in so many of the pilot's */
+    SPLIT_GRID = 64, /* values of lambda */
+    SPLIT_SEEDS = 4  /* candidates above the cap that a length's chains need at least */
 };
 
 uint64_t plan_split_size(const plan_t *plan, uint64_t units)
@@ -146,9 +145,9 @@ static void split_leave_alone(plan_t *plan)
     plan->samples_alone = true;
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)
         plan->caps[k - 1] = INFINITY;
-    if (plan->settings.pilot_samples > 0 || plan->candidates <= SPLIT_SCALE)
+    if (plan->settings.pilot_samples > 0 || plan->candidates <= PLAN_SCALE_CANDIDATES)
         return;
-    plan->candidate_unit = (uint32_t)((SPLIT_SCALE + units - 1) / units);
+    plan->candidate_unit = (uint32_t)((PLAN_SCALE_CANDIDATES + units - 1) / units);
     plan->candidates = units * plan->candidate_unit;
 }
 

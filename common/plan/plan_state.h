@@ -83,7 +83,7 @@ struct plan {
     exact_uint_t *squares; /* [pixels][3]: sum over units of (c_k x)^2 / n 2^40: c_k = b_k / share_k / weight_max, n
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: by length and block of the image the same of the block's sum, and of its
-                              pixels;  and a row of sums (plan_strata.c) */
+                              pixels; and a row of sums (plan_strata.c) */
     plan_groups_t groups;
     plan_passes_t passes; /* of samples */
     plan_eras_t eras;

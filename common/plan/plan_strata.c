@@ -68,6 +68,8 @@ void plan_absorb_strata(plan_t *plan, uint32_t k, const film_t *film, double c, 
             for (uint32_t x = 0; x < film->width; x++)
                 for (size_t channel = 0; channel < FILM_CHANNELS; channel++) {
                     const int64_t sum = film->sums[((size_t)y * film->width + x) * FILM_CHANNELS + channel];
+                    if (sum == 0) /* most of a chain's film */
+                        continue;
                     const size_t i = x / STRATA_SIDE * FILM_CHANNELS + channel;
                     const double own = (double)sum * scale;
                     row[i] += (uint64_t)sum;

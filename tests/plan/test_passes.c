@@ -42,7 +42,7 @@ static void make_plan(plan_t *plan, plan_length_t *samples, uint32_t width, uint
 
 static void place(plan_t *plan, work_record_t *record)
 {
-    *record = (work_record_t){0};
+    *record = (work_record_t){.count = plan->lengths[0].unit_mutations};
     plan_passes_place(plan, record);
     plan->lengths[0].handed += record->count;
     plan->lengths[0].units_out++;
