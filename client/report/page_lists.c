@@ -185,6 +185,9 @@ void page_service(page_t *page)
     put_service_row(page, "Rays", PAGE_COUNT, report_number(report, "rates", "rays"));
     put_service_row(page, "Shadow rays among them", PAGE_COUNT, report_number(report, "rates", "shadow_rays"));
     put_service_row(page, "Stratification", PAGE_NUMBER, report_number(report, "", "stratification"));
+    if (isfinite(report_number(report, "", "nets")))
+        put_service_row(page, "Variance of samples that their even points leave", PAGE_PERCENT,
+                        report_number(report, "", "nets"));
     put_service_row(page, "Attempts lost", PAGE_COUNT, report_number(report, "service", "attempts_lost"));
     put_service_row(page, "Attempts failed", PAGE_COUNT, report_number(report, "service", "attempts_failed"));
     page_table_end(page, false);
@@ -217,7 +220,7 @@ static bool is_shown(const char *name)
         "garland",         "instructions", "job",      "algorithm", "biased",         "width",      "height",
         "max_path_length", "stopped_by",   "time",     "error",     "stratification", "rates",      "lengths",
         "chains",          "pilot",        "rejected", "service",   "history",        "prediction", "groups",
-        "effects",         "stuck",        "samples",  "regions",   "left_out",       "missed"};
+        "effects",         "stuck",        "samples",  "regions",   "left_out",       "missed",     "nets"};
     for (size_t i = 0; i < sizeof shown / sizeof shown[0]; i++)
         if (strcmp(name, shown[i]) == 0)
             return true;

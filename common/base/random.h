@@ -34,7 +34,8 @@ typedef enum random_purpose {
     RANDOM_PURPOSE_PAIRS = 8,     /* pixels of a pilot's pairs of samples */
     RANDOM_PURPOSE_CUTOFF = 9,    /* how far samples go */
     RANDOM_PURPOSE_LEFT_OUT = 10, /* samples of what a job leaves out */
-    RANDOM_PURPOSE_PASSES = 11    /* which part of a pass comes first */
+    RANDOM_PURPOSE_PASSES = 11,   /* which part of a pass comes first */
+    RANDOM_PURPOSE_NETS = 12      /* how the nets of samples are scrambled */
 } random_purpose_t;
 
 /* The key of a family of streams; each word passes through the mixer, so that neighbouring values share nothing. */

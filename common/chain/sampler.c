@@ -5,6 +5,40 @@ void sampler_next_event(uint64_t key, uint32_t t, double u[3])
     kernel_draw(key, UNIT_DRAW_NEXT_EVENT + 3 * (uint64_t)t, u, 3);
 }
 
+/* Triples of which the last two numbers belong together: a lobe and a direction, a light and a place on it. */
+static void sampler_place_triples(const net_t *net, uint64_t draw, double *u, uint32_t count)
+{
+    for (uint32_t i = 0; i < 3 * count; i += 3) {
+        net_place_one(net, draw + i, u + i);
+        net_place_pair(net, draw + i + 1, u + i + 1);
+    }
+}
+
+/* Of `count` numbers, the first of which are `begin` ones before the first scattering: at how many vertices the net
+ * has them. */
+static uint32_t sampler_scatterings(uint32_t count, uint32_t begin)
+{
+    const uint32_t all = count > begin ? (count - begin) / BSDF_DIMENSIONS : 0;
+    return all < NET_VERTICES ? all : NET_VERTICES;
+}
+
+static void sampler_place_camera(const net_t *net, double *u, uint32_t count, uint32_t begin)
+{
+    for (uint32_t i = 0; i < begin; i += 2) /* film, lens */
+        net_place_pair(net, UNIT_DRAW_CAMERA + i, u + i);
+    sampler_place_triples(net, UNIT_DRAW_CAMERA + begin, u + begin, sampler_scatterings(count, begin));
+}
+
+static void sampler_place_light(const net_t *net, double *u, uint32_t count)
+{
+    const uint32_t begin = PATH_LIGHT_DIMENSIONS;
+    sampler_place_triples(net, UNIT_DRAW_LIGHT, u, 1);
+    if (count < begin)
+        return;
+    net_place_pair(net, UNIT_DRAW_LIGHT + 3, u + 3); /* direction */
+    sampler_place_triples(net, UNIT_DRAW_LIGHT + begin, u + begin, sampler_scatterings(count, begin));
+}
+
 /* Adds a joined path's value: to the pixel of the camera walk or, for t = 1, where it is seen. */
 static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_vertex_t *y0,
                         const path_value_t *value)
@@ -56,6 +90,8 @@ static void sampler_join(sampler_t *sampler, uint32_t s, uint32_t t)
     if (s == 1 && !settings_joins_all(renderer->settings.algorithm)) {
         double u[3];
         sampler_next_event(sampler->key, t, u);
+        if (sampler->net && t <= 1 + NET_VERTICES)
+            sampler_place_triples(sampler->net, UNIT_DRAW_NEXT_EVENT + 3 * (uint64_t)t, u, 1);
         if (!path_light_origin(&renderer->scene, u, &y0))
             return;
         own = &y0;
@@ -125,12 +161,18 @@ void sampler_run(sampler_t *sampler, uint64_t key, int64_t pixel)
     work_space_t *space = sampler->space;
     const path_scene_t *scene = &sampler->renderer->scene;
     const settings_t *settings = &sampler->renderer->settings;
-    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, path_camera_dimensions(scene, sampler->longest + 1));
+    const uint32_t camera = path_camera_dimensions(scene, sampler->longest + 1),
+                   light = path_light_dimensions(sampler->longest);
+    kernel_draw(key, UNIT_DRAW_CAMERA, space->camera, camera);
+    if (sampler->net)
+        sampler_place_camera(sampler->net, space->camera, camera, scene->camera_dimensions);
     if (pixel >= 0) {
         space->camera[0] = ((double)(pixel % settings->width) + space->camera[0]) / settings->width;
         space->camera[1] = ((double)(pixel / settings->width) + space->camera[1]) / settings->height;
     }
     if (settings->algorithm != SETTINGS_PT)
-        kernel_draw(key, UNIT_DRAW_LIGHT, space->light, path_light_dimensions(sampler->longest));
+        kernel_draw(key, UNIT_DRAW_LIGHT, space->light, light);
+    if (settings->algorithm != SETTINGS_PT && sampler->net)
+        sampler_place_light(sampler->net, space->light, light);
     sampler_evaluate(sampler, key);
 }

@@ -9,6 +9,7 @@
 #ifndef CHAIN_SAMPLER_H
 #define CHAIN_SAMPLER_H
 
+#include "chain/net.h"
 #include "chain/unit.h"
 
 /* What a sample adds to the image at one place. */
@@ -37,6 +38,7 @@ typedef struct sampler {
     uint32_t only;         /* join only to this length; 0: to all */
     uint32_t longest;      /* length that samples are made up to */
     const double *weights; /* [K], of length k in [k - 1]: what a path counts (cutoff.h); null: 1 */
+    const net_t *net;      /* the point that the walks' first numbers are of; null: they are independent */
     /* of the sample at hand */
     uint64_t key;
     rgb_t pixel; /* what the camera walk gathered */

@@ -1,7 +1,7 @@
 /* samples.c: the image by independent samples: bidirectional path tracing, and path tracing as its special case of
  * the techniques s <= 1. Sample i belongs to pixel i mod (width height): every pass over the image is stratified.
  * A unit is of samples in a row, or of every n-th (skip): a part of a pass over a large image. With rates each is
- * made up to a length of its own (cutoff.h).
+ * made up to a length of its own (cutoff.h). Those of a pixel are points of nets (net.h).
  */
 #include "chain/cutoff.h"
 #include "chain/sampler.h"
@@ -13,6 +13,7 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
     const settings_t *settings = &renderer->settings;
     const uint64_t pixels = (uint64_t)settings->width * settings->height;
     double totals[PATH_MAX_VERTICES], weights[PATH_MAX_VERTICES];
+    net_t net;
     TRY(unit_film(space, fault));
     sampler_t sampler = {.space = space,
                          .renderer = renderer,
@@ -23,7 +24,8 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
                          .importance = unit_importance(space, record),
                          .caps = record->caps,
                          .longest = settings->max_path_length,
-                         .weights = record->rates ? weights : NULL};
+                         .weights = record->rates ? weights : NULL,
+                         .net = &net};
     for (uint32_t k = 0; k < record->rate_count; k++)
         weights[k] = 1 / record->rates[k];
     for (uint64_t i = 0; i < record->count; i++) {
@@ -33,6 +35,8 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
         if (record->rates)
             sampler.longest = cutoff_length(record->rates, record->rate_count,
                                             cutoff_place(settings->seed, index % pixels, index / pixels));
+        net = net_at(settings->seed, record->sequence, index % pixels,
+                     record->point + (index / pixels - record->first / pixels));
         sampler_run(&sampler, random_key(settings->seed, RANDOM_PURPOSE_SAMPLES, 0, index),
                     (int64_t)(index % pixels));
     }

@@ -55,6 +55,7 @@ enum {
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
     WORK_MAX_SKIP = 1 << 20,
+    WORK_SEQUENCES = 256,
     WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
     WORK_STEPS = 16,           /* the most that steps are scaled by, as a power of two */
     WORK_REPLICAS = 8,         /* cmlt-rex: chains that exchange */
@@ -70,6 +71,9 @@ enum {
  * of a pixel differ by is the noise of samples that are spread evenly over the pixels. */
 #define WORK_PAIRS_FIRST (UINT64_C(1) << 41)
 
+/* The largest index of a point in its sequence. */
+#define WORK_MAX_POINT (UINT64_C(1) << 40)
+
 typedef struct work_record {
     uint32_t kind;   /* work_kind_t */
     uint32_t length; /* k: chains and trials; 0: chains of all lengths at once (settings_joins_all), and all else */
@@ -77,6 +81,8 @@ typedef struct work_record {
                         features: first row */
     uint64_t count;  /* of candidates, samples, chains, or rows */
     uint64_t skip;   /* samples: indices that are passed over from one to the next: a lattice of pixels; else 0 */
+    uint32_t sequence;  /* samples: of the pixels' points (net.h), below WORK_SEQUENCES; else 0 */
+    uint64_t point;     /* of the first sample in it; passes after that one take those that follow; else 0 */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */
     int32_t steps; /* chains and trials: small steps are longer by two to this power, -WORK_STEPS .. WORK_STEPS */
     int32_t large; /* likewise: large steps are as likely as the settings say times two to this power, <= 0 */

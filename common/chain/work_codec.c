@@ -3,7 +3,7 @@
  * Record: u32 version, kind, length; u64 first, count, mutations; f64 scale; for chains u64 seeds[count], u32
  * steps, large, u32 0 or length + 1 and that many f64: shares; for all but features and what is left out u32 0 or
  * IMPORTANCE_BLOCKS and that many f64, u32 caps and that many f64, u32 lengths with idle techniques and that many
- * pairs of u64; for samples u32 rates and that many f64, u64 skip.
+ * pairs of u64; for samples u32 rates and that many f64, u64 skip, u32 sequence, u64 point.
  *
  * Result: u32 version, kind, length; stats in the order of work_stats_t; u32 moment_count and that many (n, sum,
  * sum2); u32 0 or WORK_FAILED_BLOCKS and that many u64: failed; what was stuck (stuck.h); of trials f64 spread;
@@ -19,7 +19,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 12 };
+enum { WORK_CODEC_VERSION = 13 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -76,6 +76,8 @@ static void record_put(wire_writer_t *out, const void *value)
     for (uint32_t i = 0; i < record->rate_count; i++)
         wire_put_f64(out, record->rates[i]);
     wire_put_u64(out, record->skip);
+    wire_put_u32(out, record->sequence);
+    wire_put_u64(out, record->point);
 }
 
 /* Runs a writing function twice: to count, then to write into memory of that size. */
@@ -247,13 +249,22 @@ static fault_code_t record_get_idle(wire_reader_t *in, work_record_t *record, fa
     return in->code;
 }
 
-static fault_code_t record_get_skip(wire_reader_t *in, work_record_t *record)
+/* Which samples, and which points. */
+static fault_code_t record_get_places(wire_reader_t *in, work_record_t *record)
 {
     record->skip = wire_get_u64(in, "skip");
+    record->sequence = wire_get_u32(in, "sequence");
+    record->point = wire_get_u64(in, "point");
     if (!in->code &&
         (record->skip > WORK_MAX_SKIP || record->first + record->count * (record->skip + 1) > INT64_MAX))
         return wire_reader_fail(in, FAULT_RANGE, "skip", "%llu, expected 0 to %d", (unsigned long long)record->skip,
                                 WORK_MAX_SKIP);
+    if (!in->code && record->sequence >= WORK_SEQUENCES)
+        return wire_reader_fail(in, FAULT_RANGE, "sequence", "%u, expected less than %d", record->sequence,
+                                WORK_SEQUENCES);
+    if (!in->code && record->point > WORK_MAX_POINT)
+        return wire_reader_fail(in, FAULT_RANGE, "point", "%llu, expected 0 to %llu",
+                                (unsigned long long)record->point, (unsigned long long)WORK_MAX_POINT);
     return in->code;
 }
 
@@ -293,7 +304,7 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
     if (!code && record->kind == WORK_SAMPLES)
         code = record_get_rates(&in, record, fault);
     if (!code && record->kind == WORK_SAMPLES)
-        code = record_get_skip(&in, record);
+        code = record_get_places(&in, record);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

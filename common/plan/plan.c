@@ -39,6 +39,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     plan->settings = job->settings;
     plan->scene = scene;
     plan->error = plan->predicted = NAN;
+    plan_nets_init(&plan->nets);
     fault_code_t code = renderer_complete_settings(&plan->settings, scene, fault);
     if (!code)
         code = effects_check(scene, &plan->settings, fault);
@@ -101,6 +102,7 @@ void plan_destroy(plan_t **out)
     }
     plan_groups_clear(&plan->groups);
     plan_passes_clear(&plan->passes);
+    plan_nets_clear(&plan->nets);
     plan_eras_clear(&plan->eras);
     free(plan->units);
     free(plan->pilot_moments);
@@ -296,6 +298,7 @@ static fault_code_t absorb_pass(plan_t *plan, const plan_unit_t *unit, uint64_t 
 {
     plan_length_t *all = &plan->lengths[0];
     TRY(absorb_film(plan, all, film, fault));
+    TRY(plan_nets_absorb(plan, unit, film, fault));
     const double weight = plan_eras_weight(plan, unit), c = plan_weight(plan, 0) / plan->weight_max,
                  size = weight * (double)count / (double)all->unit_mutations;
     const uint64_t counted = (uint64_t)llround(weight * (double)count);
@@ -304,6 +307,7 @@ static fault_code_t absorb_pass(plan_t *plan, const plan_unit_t *unit, uint64_t 
         plan_absorb_strata(plan, 0, film, c, size);
     plan_groups_absorb(&plan->groups, 0, number, counted, film, c, size);
     plan_eras_add(plan, unit, 0, count);
+    plan_nets_count(plan, unit, count);
     all->merged += count;
     all->counted += counted;
     all->units_in++;

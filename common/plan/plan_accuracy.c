@@ -7,8 +7,16 @@
 #include "plan/plan_law.h"
 #include "plan/plan_regions.h"
 
+/* What relMSE would be if the points of samples were as even as they are going to be. */
+static double accuracy_outlook(const plan_t *plan, const plan_error_t *error)
+{
+    const double samples = plan_is_samples(plan, 0) ? error->lengths[0] : 0;
+    return error->relmse - samples * (1 - plan_nets_outlook(plan));
+}
+
 void plan_note_error(plan_t *plan)
 {
+    plan_nets_measure(plan);
     plan_error_t error;
     plan_estimate_error(plan, &error);
     plan->error = sqrt(error.relmse);
@@ -16,6 +24,7 @@ void plan_note_error(plan_t *plan)
                                                      .cpu_seconds = plan->totals.cpu_seconds,
                                                      .mutations = plan_merged(plan),
                                                      .relmse = error.relmse,
+                                                     .outlook = accuracy_outlook(plan, &error),
                                                      .spread = error.spread});
     plan_predict(plan);
 }

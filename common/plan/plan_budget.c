@@ -434,6 +434,7 @@ bool plan_render_record(plan_t *plan, plan_unit_t *unit)
             return false;
         *record = (work_record_t){.kind = WORK_SAMPLES, .count = count, .scale = plan->scale};
         plan_passes_place(plan, record);
+        plan_nets_place(plan, record);
         count = record->count;
         if (plan_set_importance(plan, record, NULL) || plan_set_caps(plan, record, NULL) ||
             plan_set_idle(plan, record, NULL)) {

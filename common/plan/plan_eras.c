@@ -342,6 +342,7 @@ bool plan_eras_decide(plan_t *plan)
     double shares[PATH_MAX_VERTICES] = {0};
     if (plan->stopped || eras->decided >= eras->count || !eras_is_over(plan, eras->decided - ERAS_AHEAD))
         return false;
+    plan_nets_measure(plan);
     eras_choose(plan, eras->decided, shares);
     eras_divide(plan, eras->decided, shares);
     eras_weigh(plan, eras->decided);

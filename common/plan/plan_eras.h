@@ -40,6 +40,7 @@
 #include "base/fault.h"
 #include "base/json.h"
 #include "base/wire.h"
+#include "plan/plan_nets.h"
 #include "plan/plan_pending.h"
 
 struct plan;
@@ -56,6 +57,7 @@ typedef struct plan_part {
     uint64_t budget; /* n_{k,r}; UINT64_MAX: without end */
     uint64_t handed;
     uint64_t merged, units; /* that are added up: mutations or samples, units */
+    plan_turns_t turns;     /* of samples */
 } plan_part_t;
 
 typedef struct plan_era {

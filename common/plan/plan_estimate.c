@@ -9,7 +9,8 @@
  * the plan foresaw; what b_k / N_k and U_k have become since is known by length. So the squares are brought to the
  * image's variance by a factor (`correction`) that is a mean over lengths, each with its part of the variance in a
  * block of the image. The error of b_k itself adds (sigma_{b_k} / b_k)^2 I_k^2. Samples, and chains of all lengths
- * at once: the same with one film.
+ * at once: the same with one film; what passes of samples differ by is more than what their points leave of it, by
+ * a factor that is measured (plan_nets.h).
  */
 #include "plan/plan_estimate.h"
 
@@ -175,13 +176,15 @@ static void pixels_correct(plan_pixels_t *pixels)
         if (units < 2)
             continue;
         pixels->excess[i] = pixels->factor[i] * pixels->factor[i] / pixels->square[i] / (units - 1);
-        if (!plan_is_samples(plan, pixels->lengths[i]))
-            pixels->excess[i] *= unseen;
+        const bool samples = plan_is_samples(plan, pixels->lengths[i]);
+        pixels->excess[i] *= samples ? 1 : unseen;
         pixels_blocks(pixels, i, blocks);
         for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
             all[block] += blocks[block];
-            pixels->correction[block] += blocks[block] * pixels->excess[i];
+            pixels->correction[block] +=
+                blocks[block] * pixels->excess[i] * (samples ? plan->nets.blocks[block] : 1);
         }
+        pixels->excess[i] *= samples ? plan->nets.all : 1;
     }
     for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
         sums[0] += pixels->correction[block];
@@ -390,8 +393,9 @@ static double estimate_lengths(const plan_pixels_t *pixels, const estimate_plane
     for (uint32_t i = 0; i < pixels->count; i++) {
         const uint32_t k = pixels->lengths[i];
         error->of_b[k] = of_b[i] * pixels->b_variance[i];
-        error->lengths[k] = error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
-                            plan_scatter_part(&plan->groups, k, pixels->factor[i], spots);
+        error->lengths[k] =
+            error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
+            plan_scatter_part(&plan->groups, k, pixels->factor[i], spots) * plan_nets_factor(plan, k);
         b_squares += error->of_b[k] * error->of_b[k];
         all += error->lengths[k];
     }
@@ -445,7 +449,7 @@ static void estimate_interval(const plan_pixels_t *pixels, const estimate_planes
     error->reason[0] = 0;
     estimate_spots(plan, planes, weights);
     for (uint32_t i = 0; i < pixels->count; i++)
-        factor[pixels->lengths[i]] = pixels->factor[i];
+        factor[pixels->lengths[i]] = pixels->factor[i] * sqrt(plan_nets_factor(plan, pixels->lengths[i]));
     if (!plan_scatter_measure(&scatter, &plan->groups, factor, weights)) {
         snprintf(error->reason, sizeof error->reason, "too few units of work to see how the error scatters");
         return;

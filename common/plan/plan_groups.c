@@ -99,6 +99,14 @@ double plan_groups_squares(const plan_groups_t *groups, uint32_t k, uint32_t blo
     return (double)groups->own[(size_t)k * PLAN_GROUP_BLOCKS + block];
 }
 
+double plan_groups_light(const plan_groups_t *groups, uint32_t k, uint32_t block)
+{
+    double light = 0;
+    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        light += (double)groups->light[((size_t)k * PLAN_GROUPS + g) * PLAN_GROUP_BLOCKS + block];
+    return light;
+}
+
 void plan_groups_image(const plan_groups_t *groups, uint32_t group, const double *factor,
                        double blocks[PLAN_GROUP_BLOCKS])
 {

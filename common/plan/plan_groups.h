@@ -67,6 +67,9 @@ void plan_groups_absorb(plan_groups_t *groups, uint32_t k, uint64_t unit, uint64
 /* Squares of one length in one block, in units of the squares. */
 double plan_groups_squares(const plan_groups_t *groups, uint32_t k, uint32_t block);
 
+/* Luminance on the film of one length in one block, of all groups. */
+double plan_groups_light(const plan_groups_t *groups, uint32_t k, uint32_t block);
+
 /* Light of a group's image in every block. factor[k]: b_k / 2^28, the image's light of length k is that times film
  * over count. Where a group has none of a length that of all groups stands in. */
 void plan_groups_image(const plan_groups_t *groups, uint32_t group, const double *factor,

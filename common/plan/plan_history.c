@@ -22,7 +22,8 @@ static void history_thin(plan_history_t *history)
 
 void plan_history_add(plan_history_t *history, const plan_point_t *point)
 {
-    if (!isfinite(point->relmse) || !isfinite(point->cpu_seconds) || !(point->relmse > 0))
+    if (!isfinite(point->relmse) || !isfinite(point->cpu_seconds) || !(point->relmse > 0) ||
+        !(point->outlook > 0 && point->outlook <= point->relmse))
         return;
     if (history->count > 0 && point->cpu_seconds <= history->points[history->count - 1].cpu_seconds) {
         if (point->cpu_seconds == history->points[history->count - 1].cpu_seconds)
@@ -44,6 +45,7 @@ void plan_history_put(wire_writer_t *out, const plan_history_t *history)
         wire_put_f64(out, point->mutations);
         wire_put_f64(out, point->relmse);
         wire_put_f64(out, point->spread);
+        wire_put_f64(out, point->outlook);
     }
 }
 
@@ -59,6 +61,7 @@ fault_code_t plan_history_get(wire_reader_t *in, plan_history_t *history)
         point.mutations = wire_get_f64(in, "history");
         point.relmse = wire_get_f64(in, "history");
         point.spread = wire_get_f64(in, "history");
+        point.outlook = wire_get_f64(in, "history");
         plan_history_add(history, &point);
         if (!in->code &&
             (history->count != i + 1 || !(point.seconds >= 0 && point.cpu_seconds >= 0 && point.mutations >= 0)))

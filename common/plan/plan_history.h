@@ -16,6 +16,7 @@ typedef struct plan_point {
     double cpu_seconds; /* of all workers until then, pilot included */
     double mutations;
     double relmse, spread; /* the estimate and its relative standard error (NaN: not known) */
+    double outlook;        /* what it would be, were the points of samples as even as they are going to be */
 } plan_point_t;
 
 typedef struct plan_history {
@@ -27,7 +28,7 @@ typedef struct plan_history {
  * (the spread may be). */
 void plan_history_add(plan_history_t *history, const plan_point_t *point);
 
-/* As bytes: u32 count, then of each point five f64 in the order above. */
+/* As bytes: u32 count, then of each point six f64 in the order above. */
 void plan_history_put(wire_writer_t *out, const plan_history_t *history);
 /* Hostile bytes, into an empty history. */
 fault_code_t plan_history_get(wire_reader_t *in, plan_history_t *history);

@@ -37,7 +37,7 @@ static double law_try(const plan_law_t *law, const plan_history_t *history, uint
         const double t = history->points[i].cpu_seconds - law->pilot;
         if (!(t > before))
             continue;
-        const double weight = (t - before) / end, all = history->points[i].relmse * t * t,
+        const double weight = (t - before) / end, all = history->points[i].outlook * t * t,
                      of_law = law_sum(floor, fit->p, t), ratio = (all - sum) / (of_law - wanted), d = ratio - mean;
         before = t;
         sum = all;

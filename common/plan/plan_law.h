@@ -5,6 +5,7 @@
  * have p = 1/2 and a = 0; chains that are slow to find something, or tails that have not been met, show as p below
  * it, and a bias would as a. The fit is a sum over a grid of (p, a), each with its best c, weighted by how well it
  * fits and by how far it is from (1/2, 0): with few points it says little else than the law of independent samples.
+ * What is fitted is what relMSE is on its way to (plan_history.h: outlook), as samples' points become even.
  * Points of one series are sums of the same units: each counts for the work that it adds to the one before, so that
  * all of them together are as sure as the last. From the weights come median and 95 % of the predicted times. */
 #ifndef PLAN_PLAN_LAW_H

@@ -75,6 +75,17 @@ static region_light_t region_of_length(const plan_groups_t *groups, uint32_t k, 
     return (region_light_t){sum / all, variance, alike > 2.5 ? alike - 1 : 0};
 }
 
+/* What the points of samples leave of their variance in a region. */
+static double region_nets(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS])
+{
+    double sum = 0, blocks = 0;
+    for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++) {
+        sum += region[i] ? plan->nets.blocks[i] : 0;
+        blocks += region[i];
+    }
+    return sum / blocks;
+}
+
 bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out)
 {
     double mean = 0, variance = 0, over_freedom = 0, of_b = 0, pixels = 0;
@@ -87,8 +98,9 @@ bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCK
         if (light.freedom == 0)
             return false;
         mean += light.mean;
-        variance += light.variance;
-        over_freedom += light.variance * light.variance / light.freedom;
+        const double own = light.variance * (plan_is_samples(plan, k) ? region_nets(plan, region) : 1);
+        variance += own;
+        over_freedom += own * own / light.freedom;
         of_b += light.mean * light.mean * error * error / (b * b);
     }
     for (size_t p = 0; p < plan->pixels; p++)

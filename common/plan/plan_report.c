@@ -268,6 +268,8 @@ json_t *plan_report(const plan_t *plan)
     plan_report_accuracy(plan, root);
     if (plan_is_chains(plan))
         json_add_number(root, "stratification", plan_estimate_strata(plan));
+    if (plan_is_samples(plan, 0))
+        json_add_number(root, "nets", plan->nets.all);
     json_add(root, "rates", report_rates(plan, plan_merged(plan)));
     json_t *lengths = json_new_array();
     for (uint32_t k = 1; k <= plan->settings.max_path_length; k++)

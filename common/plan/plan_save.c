@@ -2,9 +2,10 @@
  * and pilot, and is made again; stored are which of its units are in, and what they added up to.
  *
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
- * totals; then per length its sums, candidates and film; squares, of pixels and (chains) of blocks; features;
- * groups, history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole; in
- * the render what the eras are and the results that wait (plan_eras.h). Large arrays are packed (u32 size, zstd).
+ * totals; then per length its sums, candidates and film; squares, of pixels and of blocks; features; groups,
+ * history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole, what second
+ * sequences of samples brought; in the render what the eras are and the results that wait (plan_eras.h). Large
+ * arrays are packed (u32 size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -21,7 +22,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 17 };
+enum { PLAN_SAVE_VERSION = 18 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -164,6 +165,7 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     plan_left_out_put(out, plan);
     plan_survey_put(out, plan);
     plan_passes_put(out, plan);
+    plan_nets_put(out, plan);
     if (plan->phase == PLAN_RENDER)
         plan_eras_put(out, plan);
 }
@@ -271,6 +273,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
     TRY(plan_left_out_get(in, plan));
     TRY(plan_survey_get(in, plan));
     TRY(plan_passes_get(in, plan, fault));
+    TRY(plan_nets_get(in, plan, fault));
     plan_predict(plan);
     return in->code;
 }
@@ -299,6 +302,7 @@ static void load_count(load_counts_t *counts, plan_t *plan, const plan_unit_t *u
     if (record->kind == WORK_CHAINS) {
         load_count_one(counts, plan, unit, record->mutations);
     } else if (record->kind == WORK_SAMPLES && plan->passes.parts == 1) {
+        plan_nets_count(plan, unit, record->count);
         load_count_one(counts, plan, unit, record->count);
     } else if (record->kind == WORK_SAMPLES) {
         const uint32_t open = plan_passes_find(plan, record->first / plan->pixels);
@@ -306,6 +310,7 @@ static void load_count(load_counts_t *counts, plan_t *plan, const plan_unit_t *u
             counts->open[open] += record->count;
             return;
         }
+        plan_nets_count(plan, unit, record->count);
         counts->whole += record->count; /* whole passes, part by part: those of one are of one era */
         if (counts->whole / plan->pixels > counts->units[0])
             load_count_one(counts, plan, unit, plan->pixels);
@@ -412,6 +417,7 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         return wire_reader_fail(in, FAULT_FORMAT, "units", "%llu in do not go with the phase",
                                 (unsigned long long)plan->in);
     TRY(load_check_counts(plan, in, &counts));
+    TRY(plan_nets_check(in, plan));
     TRY(load_check_pending(plan, in, fault));
     return plan_settle(plan, fault);
 }

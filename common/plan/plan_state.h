@@ -7,6 +7,7 @@
 #include "plan/plan_groups.h"
 #include "plan/plan_history.h"
 #include "plan/plan_length.h"
+#include "plan/plan_nets.h"
 #include "plan/plan_passes.h"
 
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
@@ -86,6 +87,7 @@ struct plan {
                               pixels; and a row of sums (plan_strata.c) */
     plan_groups_t groups;
     plan_passes_t passes; /* of samples */
+    plan_nets_t nets;     /* their points */
     plan_eras_t eras;
     plan_history_t history; /* of the estimated error */
     double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */

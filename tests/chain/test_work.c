@@ -130,6 +130,8 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = chains, r.scale = 1, r), FAULT_RANGE, "scale");
     refuse_record((r = samples, r.skip = WORK_MAX_SKIP + 1, r), FAULT_RANGE, "skip");
     refuse_record((r = samples, r.skip = UINT64_MAX, r), FAULT_RANGE, "skip");
+    refuse_record((r = samples, r.sequence = WORK_SEQUENCES, r), FAULT_RANGE, "sequence");
+    refuse_record((r = samples, r.point = WORK_MAX_POINT + 1, r), FAULT_RANGE, "point");
     refuse_record((r = samples, r.first = INT64_MAX - 7 * r.count + 1, r), FAULT_RANGE, "skip");
     target_idle_t idle[PATH_MAX_LENGTH + 1] = {{{1 << 1, 0}}, {{0, 0}}, {{1 << 3, 0}}};
     refuse_record((r = pilot, r.idle = idle, r.idle_count = PATH_MAX_LENGTH + 1, r), FAULT_FORMAT, "idle");
@@ -369,6 +371,8 @@ static void splitting_a_unit_changes_nothing(void **state)
             work_record_t record = whole;
             record.first += begin * (whole.skip + 1);
             record.count = count;
+            if (kind == WORK_SAMPLES)
+                record.point += record.first / (24 * 24) - whole.first / (24 * 24);
             record.mutations = whole.mutations / whole.count * count;
             record.seeds += kind == WORK_CHAINS ? begin : 0;
             assert_int_equal(work_run(other, &record, &go, &part, &fault), FAULT_NONE);

@@ -35,7 +35,7 @@ static plan_history_t history_exact(double a, double c, double p, double end)
     plan_history_t history = {.count = 0};
     for (double t = 0.5; t <= end; t *= 1.1) {
         const double error = exact(a, c, p, t);
-        plan_history_add(&history, &(plan_point_t){t, t + 3, t * 1e6, error * error, 0.02});
+        plan_history_add(&history, &(plan_point_t){t, t + 3, t * 1e6, error * error, 0.02, error * error});
     }
     return history;
 }
@@ -77,7 +77,7 @@ static void too_few_points_are_no_law(void **state)
     plan_history_t history = {.count = 0};
     plan_law_t law;
     assert_false(plan_law_fit(&law, &history, 0, 0));
-    plan_history_add(&history, &(plan_point_t){1, 2, 1e6, 0.04, NAN});
+    plan_history_add(&history, &(plan_point_t){1, 2, 1e6, 0.04, NAN, 0.04});
     assert_false(plan_law_fit(&law, &history, 1, 2));
     assert_true(plan_law_fit(&law, &history, 1, 1)); /* one: the law of independent samples */
     const plan_law_time_t time = plan_law_time(&law, 0.02);
@@ -99,7 +99,7 @@ static plan_history_t history_of_units(int units, double tail)
             continue;
         next = n + (n / 10 > 8 ? n / 10 : 8);
         const double mean = sum / n, spread = sqrt((squares / n - mean * mean) / (n - 1)) / mean;
-        plan_history_add(&history, &(plan_point_t){n * 0.5, 2 + n * 0.5, n * 1e6, mean / n, spread});
+        plan_history_add(&history, &(plan_point_t){n * 0.5, 2 + n * 0.5, n * 1e6, mean / n, spread, mean / n});
     }
     return history;
 }
@@ -138,7 +138,7 @@ static void histories_stay_even(void **state)
     (void)state;
     plan_history_t history = {.count = 0};
     for (int i = 1; i <= 100000; i++)
-        plan_history_add(&history, &(plan_point_t){i, i, i, 1.0 / i, 0.1});
+        plan_history_add(&history, &(plan_point_t){i, i, i, 1.0 / i, 0.1, 1.0 / i});
     assert_int_equal(history.count, PLAN_HISTORY);
     assert_true(history.points[0].cpu_seconds == 1 && history.points[PLAN_HISTORY - 1].cpu_seconds == 100000);
     const double even = pow(1e5, 1.0 / (PLAN_HISTORY - 1));
@@ -146,7 +146,8 @@ static void histories_stay_even(void **state)
         const double gap = history.points[i + 1].cpu_seconds / history.points[i].cpu_seconds;
         assert_true(gap > 1 && gap < even * even * even);
     }
-    const plan_point_t bad[] = {{1, 1e6, 1, NAN, 0}, {1, NAN, 1, 1, 0}, {1, 1e6, 1, -1, 0}, {1, 5, 1, 1, 0}};
+    const plan_point_t bad[] = {{1, 1e6, 1, NAN, 0, 1}, {1, NAN, 1, 1, 0, 1},   {1, 1e6, 1, -1, 0, 1},
+                                {1, 1e6, 1, 1, 0, 2},   {1, 1e6, 1, 1, 0, NAN}, {1, 5, 1, 1, 0, 1}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
         plan_history_add(&history, &bad[i]);
     assert_true(history.count == PLAN_HISTORY && history.points[PLAN_HISTORY - 1].cpu_seconds == 100000);

@@ -1,0 +1,193 @@
+/* Which points passes get, and what is measured of them: films are replaced by noise of known kinds. Bounds: 6
+ * standard deviations. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "base/random.h"
+#include "plan/plan_estimate.h"
+#include "plan/plan_fixture.h"
+#include "plan/plan_nets.h"
+#include "plan/plan_state.h"
+#include "support/near.h"
+
+enum { WIDTH = 96, HEIGHT = 64, PIXELS = WIDTH * HEIGHT, NUMBERS = FILM_CHANNELS * PIXELS };
+
+/* Of unit variance, for number i of a pass; passes of a sequence by their points. */
+typedef double (*noise_t)(uint32_t sequence, uint64_t point, uint64_t i);
+
+static double uniform(uint64_t kind, uint32_t sequence, uint64_t point, uint64_t i)
+{
+    const uint64_t key = random_key(sequence, RANDOM_PURPOSE_TEST, kind, point);
+    return sqrt(12) * (random_double(key, i) - 0.5);
+}
+
+static double independent(uint32_t sequence, uint64_t point, uint64_t i)
+{
+    return uniform(0, sequence, point, i);
+}
+
+/* Half of the variance comes from differences that telescope: of m points in a row it is 1/m of what it would be.
+ */
+static double half_even(uint32_t sequence, uint64_t point, uint64_t i)
+{
+    const double even = (uniform(1, sequence, point, i) - uniform(1, sequence, point + 1, i)) / sqrt(2);
+    return (uniform(0, sequence, point, i) + even) / sqrt(2);
+}
+
+static double half_even_on_the_right(uint32_t sequence, uint64_t point, uint64_t i)
+{
+    return (i / FILM_CHANNELS % WIDTH < WIDTH / 2 ? independent : half_even)(sequence, point, i);
+}
+
+static void absorb_noise(plan_t *plan, plan_worker_t *worker, noise_t noise)
+{
+    const work_record_t *record;
+    const atomic_bool go = false;
+    uint64_t unit;
+    work_result_t result;
+    fault_t fault = {0};
+    uint8_t *data;
+    size_t size;
+    plan_absorbed_t how;
+    assert_true(plan_next(plan, &unit, &record));
+    assert_int_equal(work_run(worker->space, record, &go, &result, &fault), FAULT_NONE);
+    for (uint64_t i = 0; record->kind == WORK_SAMPLES && i < NUMBERS; i++) {
+        double value = 0;
+        for (uint64_t pass = 0; pass < record->count / PIXELS; pass++)
+            value += 1 + 0.2 * noise(record->sequence, record->point + pass, i);
+        result.film.sums[i] = (int64_t)llround(FILM_ONE * value);
+    }
+    assert_int_equal(work_result_encode(&result, &data, &size, &fault), FAULT_NONE);
+    assert_int_equal(plan_absorb(plan, unit, data, size, &how, &fault), FAULT_NONE);
+    free(data);
+}
+
+/* A render of so many passes; the plan is the caller's. */
+static plan_t *render(noise_t noise, int passes)
+{
+    char text[200];
+    snprintf(text, sizeof text,
+             "{'scene':'x','algorithm':'pt','max_path_length':2,'film':{'width':%d,'height':%d},"
+             "'stop':{'mutations_per_pixel':%d}}",
+             WIDTH, HEIGHT, passes);
+    const job_t job = plan_fixture_job(text);
+    small_scene_t small;
+    plan_worker_t worker;
+    small_scene_diffuse(&small);
+    plan_worker_make(&worker, &job, &small.scene);
+    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    while (!plan_check_stop(plan, 1))
+        absorb_noise(plan, &worker, noise);
+    plan_worker_clear(&worker);
+    small_scene_clear(&small);
+    return plan;
+}
+
+static double mean_of_blocks(const plan_t *plan, uint32_t from)
+{
+    double sum = 0;
+    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++)
+        if (b % PLAN_GROUP_SIDE >= from && b % PLAN_GROUP_SIDE < from + PLAN_GROUP_SIDE / 2)
+            sum += plan->nets.blocks[b] / (PLAN_GROUP_BLOCKS / 2);
+    return sum;
+}
+
+/* The image's error, by what noise there is: variance a pass, passes, factor; the filter of the estimate takes the
+ * image for even, as it is. */
+static double error_of(int passes, double factor)
+{
+    return 0.04 * factor / passes / 1.01;
+}
+
+static void factors_are_those_of_the_noise(void **state)
+{
+    (void)state;
+    static const int passes[] = {2, 16, 160}; /* the last in units of three */
+    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) {
+        const double m = passes[i] / 2, sigma = sqrt(2.0 / NUMBERS), half = 0.5 + 0.5 / m;
+        plan_t *plan = render(independent, passes[i]);
+        plan_error_t error;
+        assert_near(plan->nets.all, 1, i == 0 ? 1e-3 : 6 * sigma);
+        plan_estimate_error(plan, &error);
+        assert_near(error.relmse, error_of(passes[i], 1), 0.1 * error_of(passes[i], 1));
+        plan_destroy(&plan);
+        if (i == 0)
+            continue;
+        plan = render(half_even, passes[i]);
+        const double unit = passes[i] == 160 ? 2.0 / 3 : 1; /* what three points leave: units differ by less */
+        assert_near(plan->nets.all * unit, half, 0.1 * half);
+        plan_estimate_error(plan, &error);
+        assert_near(error.relmse, error_of(passes[i], half), 0.1 * error_of(passes[i], half));
+        plan_destroy(&plan);
+    }
+}
+
+/* A block is of 24 pixels here, and has as if 64 more of the image. */
+static void blocks_have_their_own(void **state)
+{
+    (void)state;
+    plan_t *plan = render(half_even_on_the_right, 16);
+    const double half = 0.5 + 0.5 / 8, all = (1 + half) / 2, own = 24.0 / (24 + 64), sigma = sqrt(2.0 / NUMBERS);
+    assert_near(plan->nets.all, all, 6 * sigma);
+    assert_near(mean_of_blocks(plan, 0), own + (1 - own) * all, 6 * sigma);
+    assert_near(mean_of_blocks(plan, PLAN_GROUP_SIDE / 2), own * half + (1 - own) * all, 6 * sigma);
+    plan_destroy(&plan);
+}
+
+/* Points of each sequence are given out one after the other, to either in turn, an era's from the first on. */
+static void points_are_handed_out_in_order(void **state)
+{
+    (void)state;
+    const job_t job =
+        plan_fixture_job("{'scene':'x','algorithm':'auto','max_path_length':4,'chains':{'split_gain':1,"
+                         "'length':256},'film':{'width':48,'height':32},"
+                         "'stop':{'mutations_per_pixel':400}}");
+    small_scene_t small;
+    plan_worker_t worker;
+    uint64_t next[WORK_SEQUENCES] = {0};
+    uint32_t sequences = 0;
+    small_scene_diffuse(&small);
+    plan_worker_make(&worker, &job, &small.scene);
+    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    while (!plan_check_stop(plan, 1)) {
+        const work_record_t *record;
+        uint64_t unit;
+        fault_t fault = {0};
+        plan_absorbed_t how;
+        size_t size;
+        assert_true(plan_next(plan, &unit, &record));
+        if (record->kind == WORK_SAMPLES) {
+            const uint64_t passes = record->count / plan->pixels;
+            const uint32_t era = plan->units[unit].era, other = record->sequence ^ 1;
+            assert_int_equal(record->sequence / 2, era);
+            assert_int_equal(record->point, next[record->sequence]);
+            assert_true(next[record->sequence] <= next[other]);
+            sequences += next[record->sequence] == 0;
+            next[record->sequence] += passes;
+        }
+        uint8_t *data = plan_worker_run(&worker, record, &size);
+        assert_int_equal(plan_absorb(plan, unit, data, size, &how, &fault), FAULT_NONE);
+        free(data);
+    }
+    assert_true(sequences >= 6);
+    plan_destroy(&plan);
+    plan_worker_clear(&worker);
+    small_scene_clear(&small);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(factors_are_those_of_the_noise),
+        cmocka_unit_test(blocks_have_their_own),
+        cmocka_unit_test(points_are_handed_out_in_order),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
