@@ -32,7 +32,6 @@ typedef enum random_purpose {
     RANDOM_PURPOSE_REFINE = 6,   /* samples that refine b_k */
     RANDOM_PURPOSE_TEST = 7,
     RANDOM_PURPOSE_PAIRS = 8,     /* pixels of a pilot's pairs of samples */
-    RANDOM_PURPOSE_CUTOFF = 9,    /* how far samples go */
     RANDOM_PURPOSE_LEFT_OUT = 10, /* samples of what a job leaves out */
     RANDOM_PURPOSE_PASSES = 11,   /* which part of a pass comes first */
     RANDOM_PURPOSE_NETS = 12      /* how the nets of samples are scrambled */

@@ -7,21 +7,12 @@
  * as old as Russian roulette, Arvo and Kirk 1990; here the law is of lengths, the same for all samples, and drawn
  * in a stratified way, which a roulette on throughputs cannot be.) How the plan chooses: plan/plan_rates.h.
  *
- * The numbers of a sample's walks are the same whatever L is. The L of the passes over a pixel are a Kronecker
- * sequence: any few of them in a row are spread evenly over the law. */
+ * The numbers of a sample's walks are the same whatever L is. The number that L is drawn with is one of the sample's
+ * point (net.h): any few of them in a row are spread evenly over the law. */
 #ifndef CHAIN_CUTOFF_H
 #define CHAIN_CUTOFF_H
 
 #include <stdint.h>
-
-#include "base/random.h"
-
-/* The number in [0,1) that decides for pass `pass` over a pixel. */
-static inline double cutoff_place(uint64_t seed, uint64_t pixel, uint64_t pass)
-{
-    const uint64_t key = random_key(seed, RANDOM_PURPOSE_CUTOFF, 0, pixel);
-    return random_double_of(random_u64(key, 0) + pass * RANDOM_GAMMA);
-}
 
 /* The largest length whose rate is above u. rates[k - 1] of length k = 1 .. count; rates[0] is 1. */
 static inline uint32_t cutoff_length(const double *rates, uint32_t count, double u)

@@ -32,13 +32,15 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
         if ((i & 63) == 0 && atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
         const uint64_t index = record->first + i * (record->skip + 1);
-        if (record->rates)
-            sampler.longest = cutoff_length(record->rates, record->rate_count,
-                                            cutoff_place(settings->seed, index % pixels, index / pixels));
+        const uint64_t key = random_key(settings->seed, RANDOM_PURPOSE_SAMPLES, 0, index);
         net = net_at(settings->seed, record->sequence, index % pixels,
                      record->point + (index / pixels - record->first / pixels));
-        sampler_run(&sampler, random_key(settings->seed, RANDOM_PURPOSE_SAMPLES, 0, index),
-                    (int64_t)(index % pixels));
+        if (record->rates) {
+            double place = random_double(key, UNIT_DRAW_CUTOFF);
+            net_place_one(&net, UNIT_DRAW_CUTOFF, &place);
+            sampler.longest = cutoff_length(record->rates, record->rate_count, place);
+        }
+        sampler_run(&sampler, key, (int64_t)(index % pixels));
     }
     result->moment_count = work_samples_moment(settings->max_path_length + 1);
     for (uint32_t i = 0; i < result->moment_count; i++)

@@ -116,6 +116,7 @@ enum {
     UNIT_DRAW_STREAM = 10, /* which walk changes */
     UNIT_DRAW_WINDOW = 11,
     UNIT_DRAW_SECOND_ACCEPT = 12, /* and the two after it */
+    UNIT_DRAW_CUTOFF = 15,        /* samples: how far they go */
     UNIT_DRAW_CAMERA = 16,
     UNIT_DRAW_LIGHT = 1024,
     UNIT_DRAW_NEXT_EVENT = 2048, /* independent samples: 3 for each camera vertex */

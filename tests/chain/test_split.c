@@ -10,6 +10,7 @@
 
 #include "base/random.h"
 #include "chain/cutoff.h"
+#include "chain/net.h"
 #include "chain/split.h"
 #include "chain/work_fixture.h"
 
@@ -66,7 +67,8 @@ typedef struct parts {
 static parts_t parts_of(const double *caps, const double *rates, uint64_t first)
 {
     double copy[K], copied[K];
-    work_record_t record = {.kind = WORK_SAMPLES, .first = first, .count = SAMPLES, .scale = 0x1p-10};
+    work_record_t record = {
+        .kind = WORK_SAMPLES, .first = first, .count = SAMPLES, .point = first / (24 * 24), .scale = 0x1p-10};
     work_result_t result;
     fault_t fault = {0};
     parts_t parts = {0};
@@ -157,8 +159,8 @@ static void samples_that_are_cut_off_are_unbiased(void **state)
     }
 }
 
-/* Of any n passes in a row over a pixel as many go to a length as its rate says, give or take three: the
- * discrepancy of the golden ratio's sequence for an interval and n up to 64. */
+/* Of any n passes in a row over a pixel as many go to a length as its rate says, give or take three: what
+ * a net's discrepancy allows for an interval and n up to 64. */
 static void cutoffs_are_spread_evenly(void **state)
 {
     (void)state;
@@ -166,8 +168,12 @@ static void cutoffs_are_spread_evenly(void **state)
     for (uint64_t pixel = 0; pixel < 200; pixel++)
         for (uint32_t n = 1; n <= 64; n++) {
             uint32_t reached[7] = {0};
-            for (uint64_t pass = pixel; pass < pixel + n; pass++)
-                reached[cutoff_length(rates, 6, cutoff_place(2385, pixel, pass))]++;
+            for (uint64_t pass = pixel; pass < pixel + n; pass++) {
+                const net_t net = net_at(2385, 0, pixel, pass);
+                double place = random_double(random_key(2385, RANDOM_PURPOSE_TEST, pass, pixel), 0);
+                net_place_one(&net, 0, &place);
+                reached[cutoff_length(rates, 6, place)]++;
+            }
             for (uint32_t k = 6, sum = 0; k >= 1; k--) {
                 sum += reached[k];
                 if (!(fabs(sum - n * rates[k - 1]) < (k == 1 ? 1e-9 : 3)))
