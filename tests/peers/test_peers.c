@@ -2,7 +2,12 @@
  *
  * Renders are made at a fraction of the references' size: with a box filter a pixel is then exactly the mean of the
  * reference's, and errors go down as fast as at full size. Judged are the means of 8 x 8 blocks and of the image,
- * over independent seeds; the references are two independent halves of a long render. */
+ * over independent seeds; the references are two independent halves of a long render.
+ *
+ * Power: what is too large a score falls with the number of seeds, 9.81 with 24 and 8.2 with 36, so many short
+ * renders see more than few long ones of as much work. Half of all runs see a brightness that is off by 8.2 of the
+ * standard errors that are printed: of the Cornell box half a percent by samples and one by chains, of ring-box 2.5
+ * and 5 %, of two-rooms 3 and 10 %, of water-box, whose caustics are rare, 10 and 20 %. */
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -21,7 +26,7 @@
 #include "peer_scene.h"
 #include "regions.h"
 
-enum { SEEDS = 24, LONG_SEEDS = 6, THREADS = 2, COMPARISONS = 14 };
+enum { SEEDS = 36, LONG_SEEDS = 6, THREADS = 2, COMPARISONS = 14 };
 
 /* False alarms: 1e-6 in a whole run, two sides, all comparisons and all regions of each. The statistic is at most
  * Student's with SEEDS - 1 degrees of freedom: variances are not less than measured, and the reference's own noise
@@ -37,6 +42,7 @@ typedef struct peer_case {
     double mutations;  /* per pixel and seed */
     double candidates; /* of the pilot, a path length; 0: the plan's own number */
     bool exact;        /* precise enough that the brightness is held to 1 % */
+    bool rate;         /* its error is compared with that of four times the mutations */
 } peer_case_t;
 
 static peer_loaded_t *scene_load(const char *name)
@@ -149,6 +155,44 @@ static void check_no_floor(const peer_case_t *c, const image_t *images, const im
         fail_msg("%s, %s: relMSE has a floor of %g +- %g", c->scene, c->algorithm, floor, error);
 }
 
+/* ---- the error falls as one over time ---- */
+
+static double mean_log_error(const image_t *images, unsigned count, const image_t halves[2], double *sum2)
+{
+    double sum = 0;
+    *sum2 = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const double value = log(error_of(&images[i], halves, true));
+        sum += value;
+        *sum2 += value * value;
+    }
+    *sum2 -= sum * sum / count;
+    return sum / count;
+}
+
+/* Renders of 4 N mutations have a quarter of the relMSE of the case's own. Logarithms of the trimmed figure: their
+ * spread is the same for both, and pooled. */
+static void check_rate(const peer_case_t *c, const peer_loaded_t *loaded, const image_t *few,
+                       const image_t halves[2])
+{
+    image_t many[LONG_SEEDS];
+    double few2, many2;
+    case_render(many, c, loaded, 4, LONG_SEEDS, 201);
+    const double gain =
+        mean_log_error(few, SEEDS, halves, &few2) - mean_log_error(many, LONG_SEEDS, halves, &many2);
+    const double degrees = SEEDS + LONG_SEEDS - 2;
+    const double error = sqrt((few2 + many2) / degrees * (1. / SEEDS + 1. / LONG_SEEDS));
+    const double most = gsl_cdf_tdist_Qinv(0.5e-6 / 2, degrees);
+    print_message("%s, %s: relMSE falls by %.3g with 4 times the mutations, expected 4 within a factor of %.3g\n",
+                  c->scene, c->algorithm, exp(gain), exp(most * error));
+    if (!(fabs(gain - log(4)) <= most * error))
+        fail_msg("%s, %s: relMSE falls by %g with 4 times the mutations; expected %g to %g", c->scene, c->algorithm,
+                 exp(gain), 4 * exp(-most * error), 4 * exp(most * error));
+    images_clear(many, LONG_SEEDS);
+}
+
+/* ---- cases ---- */
+
 static void check_case(const peer_case_t *c)
 {
     image_t images[SEEDS];
@@ -158,6 +202,8 @@ static void check_case(const peer_case_t *c)
     case_render(images, c, loaded, 1, SEEDS, 1);
     check_agreement(c, images, halves);
     check_no_floor(c, images, halves);
+    if (c->rate)
+        check_rate(c, loaded, images, halves);
     images_clear(images, SEEDS);
     images_clear(halves, 2);
     peer_scene_unload(&loaded);
@@ -174,85 +220,36 @@ static void check_cases(const peer_case_t *cases, size_t count)
 static void cornell_box_agrees(void **state)
 {
     (void)state;
-    static const peer_case_t cases[] = {{"cornell-320", "pt", 4, 8, 0, true},
-                                        {"cornell-320", "bdpt", 4, 4, 0, true},
-                                        {"cornell-320", "mmlt", 4, 60, 0, true}};
+    static const peer_case_t cases[] = {{"cornell-320", "pt", 4, 4, 0, true, false},
+                                        {"cornell-320", "bdpt", 4, 2, 0, true, false},
+                                        {"cornell-320", "mmlt", 4, 28, 0, true, true}};
     check_cases(cases, 3);
 }
 
 static void ring_box_agrees(void **state)
 {
     (void)state;
-    static const peer_case_t cases[] = {{"ring-box", "pt", 4, 4, 0, false},
-                                        {"ring-box", "bdpt", 4, 3, 0, false},
-                                        {"ring-box", "mmlt", 4, 60, 0, false}};
+    static const peer_case_t cases[] = {{"ring-box", "pt", 4, 2, 0, false, false},
+                                        {"ring-box", "bdpt", 4, 2, 0, false, false},
+                                        {"ring-box", "mmlt", 4, 28, 0, false, true}};
     check_cases(cases, 3);
 }
 
 static void two_rooms_agree(void **state)
 {
     (void)state;
-    static const peer_case_t cases[] = {{"two-rooms", "pt", 5, 4, 0, false},
-                                        {"two-rooms", "bdpt", 5, 4, 0, false},
-                                        {"two-rooms", "mmlt", 5, 80, 0, false}};
+    static const peer_case_t cases[] = {{"two-rooms", "pt", 5, 2, 0, false, false},
+                                        {"two-rooms", "bdpt", 5, 2, 0, false, false},
+                                        {"two-rooms", "mmlt", 5, 37, 0, false, false}};
     check_cases(cases, 3);
 }
 
 static void water_box_agrees(void **state)
 {
     (void)state;
-    static const peer_case_t cases[] = {{"water-box", "bdpt", 4, 2, 0, false},
-                                        {"water-box", "mmlt", 4, 60, 0, false}};
+    static const peer_case_t cases[] = {{"water-box", "bdpt", 4, 1, 0, false, false},
+                                        {"water-box", "mmlt", 4, 40, 0, false, false}};
     check_cases(cases, 2);
-}
-
-/* ---- the error falls as one over time ---- */
-
-static double mean_log_error(const image_t *images, unsigned count, const image_t halves[2], double *sum2)
-{
-    double sum = 0;
-    *sum2 = 0;
-    for (unsigned i = 0; i < count; i++) {
-        const double value = log(error_of(&images[i], halves, true));
-        sum += value;
-        *sum2 += value * value;
-    }
-    *sum2 -= sum * sum / count;
-    return sum / count;
-}
-
-/* Renders of 4 N mutations have a quarter of the relMSE of renders of N. Logarithms of the trimmed figure: their
- * spread is the same for both, and pooled. */
-static void check_rate(const peer_case_t *c)
-{
-    image_t few[SEEDS], many[LONG_SEEDS];
-    double few2, many2;
-    peer_loaded_t *loaded = scene_load(c->scene);
-    image_t halves[2] = {reference_small(loaded->entry, 0, c->shrink),
-                         reference_small(loaded->entry, 1, c->shrink)};
-    case_render(few, c, loaded, 1, SEEDS, 101);
-    case_render(many, c, loaded, 4, LONG_SEEDS, 201);
-    const double gain =
-        mean_log_error(few, SEEDS, halves, &few2) - mean_log_error(many, LONG_SEEDS, halves, &many2);
-    const double degrees = SEEDS + LONG_SEEDS - 2;
-    const double error = sqrt((few2 + many2) / degrees * (1. / SEEDS + 1. / LONG_SEEDS));
-    const double most = gsl_cdf_tdist_Qinv(0.5e-6 / 2, degrees);
-    print_message("%s, %s: relMSE falls by %.3g with 4 times the mutations, expected 4 within a factor of %.3g\n",
-                  c->scene, c->algorithm, exp(gain), exp(most * error));
-    if (!(fabs(gain - log(4)) <= most * error))
-        fail_msg("%s, %s: relMSE falls by %g with 4 times the mutations; expected %g to %g", c->scene, c->algorithm,
-                 exp(gain), 4 * exp(-most * error), 4 * exp(most * error));
-    images_clear(few, SEEDS);
-    images_clear(many, LONG_SEEDS);
-    images_clear(halves, 2);
-    peer_scene_unload(&loaded);
-}
-
-static void error_falls_as_one_over_time(void **state)
-{
-    (void)state;
-    check_rate(&(peer_case_t){"cornell-320", "mmlt", 4, 30, 0, false});
-    check_rate(&(peer_case_t){"ring-box", "mmlt", 4, 30, 0, false});
 }
 
 /* ---- references that another colour model made ---- */
@@ -311,18 +308,18 @@ static void check_within(const peer_case_t *c, const char *file, double toleranc
 static void spectral_references_agree_within_percents(void **state)
 {
     (void)state;
-    check_within(&(peer_case_t){"veach-bidir", "bdpt", 2, 4, 0, false}, NULL, 0.04, 0.04);
-    check_within(&(peer_case_t){"veach-bidir", "mmlt", 2, 60, 0, false}, NULL, 0.04, 0.04);
-    check_within(&(peer_case_t){"veach-mis", "bdpt", 1, 4, 0, false}, NULL, 0.04, 0.04);
-    check_within(&(peer_case_t){"veach-mis", "mmlt", 1, 20, 0, false}, NULL, 0.04, 0.04);
+    check_within(&(peer_case_t){"veach-bidir", "bdpt", 2, 2, 0, false, false}, NULL, 0.04, 0.04);
+    check_within(&(peer_case_t){"veach-bidir", "mmlt", 2, 28, 0, false, false}, NULL, 0.04, 0.04);
+    check_within(&(peer_case_t){"veach-mis", "bdpt", 1, 2, 0, false, false}, NULL, 0.04, 0.04);
+    check_within(&(peer_case_t){"veach-mis", "mmlt", 1, 9, 0, false, false}, NULL, 0.04, 0.04);
 }
 
 /* The scenes' authors' own pictures: linear RGB, of 1024 x 1024 pixels with a wider filter. */
 static void authors_picture_agrees(void **state)
 {
     (void)state;
-    check_within(&(peer_case_t){"cornell-box", "bdpt", 2, 6, 0, false}, "cornell-box/TungstenRender.exr", 0.003,
-                 0.01);
+    check_within(&(peer_case_t){"cornell-box", "bdpt", 2, 3, 0, false, false}, "cornell-box/TungstenRender.exr",
+                 0.003, 0.01);
 }
 
 /* ---- all of them ---- */
@@ -332,7 +329,7 @@ static void check_reads_and_renders(const peer_scene_t *entry)
     fault_t fault = {0};
     parallel_run_t run;
     const float *planes[3];
-    const peer_case_t c = {entry->name, "mmlt", 2, 8, 0, false};
+    const peer_case_t c = {entry->name, "mmlt", 2, 8, 0, false, false};
     peer_loaded_t *loaded = scene_load(entry->name);
     for (size_t i = 0; i < import_notes_count(loaded->notes); i++)
         if (!peer_note_explained(loaded, i))
@@ -373,7 +370,6 @@ int main(void)
         cmocka_unit_test(ring_box_agrees),
         cmocka_unit_test(two_rooms_agree),
         cmocka_unit_test(water_box_agrees),
-        cmocka_unit_test(error_falls_as_one_over_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -32,7 +32,7 @@ static void add_image(regions_t *regions, const image_t *image)
 }
 
 void agreement_run(const scene_t *scene, const char *algorithm, const char *more, uint32_t length, double work,
-                   int seeds, regions_t *regions)
+                   int seeds, pilots_t *pilots, regions_t *regions)
 {
     *regions = (regions_t){.seeds = seeds};
     for (int seed = 1; seed <= seeds; seed++) {
@@ -43,7 +43,7 @@ void agreement_run(const scene_t *scene, const char *algorithm, const char *more
             "\"seed\":\"%d\",\"stop\":{\"mutations_per_pixel\":%g}%s}",
             AGREEMENT_SIDE, AGREEMENT_SIDE, algorithm, length, seed, work, more);
         render_t render;
-        render_image(&render, scene, text);
+        render_image_with(&render, scene, text, pilots);
         add_image(regions, &render.image);
         render_clear(&render);
     }

@@ -3,6 +3,7 @@
 #ifndef TESTS_TRANSPORT_AGREEMENT_H
 #define TESTS_TRANSPORT_AGREEMENT_H
 
+#include "pilots.h"
 #include "scene/scene.h"
 
 enum { AGREEMENT_SIDE = 24, AGREEMENT_BLOCKS = 4, AGREEMENT_REGIONS = AGREEMENT_BLOCKS * AGREEMENT_BLOCKS + 1 };
@@ -13,9 +14,9 @@ typedef struct regions {
 } regions_t;
 
 /* Renders 24 x 24 pixels, `work` mutations or samples a pixel, paths of up to `length` segments. `more` is further
- * JSON of the job, beginning with a comma, or empty. */
+ * JSON of the job, beginning with a comma, or empty. `pilots` of the scene, or null. */
 void agreement_run(const scene_t *scene, const char *algorithm, const char *more, uint32_t length, double work,
-                   int seeds, regions_t *regions);
+                   int seeds, pilots_t *pilots, regions_t *regions);
 
 /* Mutations a pixel that are as many for each length as `work` of one length each: fewer, where each is of all. */
 double agreement_work(const char *algorithm, uint32_t length, double work);

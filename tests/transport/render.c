@@ -10,10 +10,10 @@
 
 /* Rules of time and error are not for these jobs: whether one is met is asked when there is nothing left to do,
  * which leaves out the estimates of the error on the way. */
-static void render_units(render_t *render)
+static void render_units(render_t *render, pilots_t *pilots)
 {
     fault_t fault = {0};
-    const atomic_bool cancel = false;
+    const settings_t *settings = renderer_settings(render->renderer);
     const double begin = clock_now();
     uint64_t unit;
     const work_record_t *record;
@@ -22,12 +22,10 @@ static void render_units(render_t *render)
             plan_check_stop(render->plan, clock_now() - begin);
             continue;
         }
-        work_result_t result;
         uint8_t *data = NULL;
         size_t size;
         plan_absorbed_t how;
-        if (work_run(render->space, record, &cancel, &result, &fault) ||
-            work_result_encode(&result, &data, &size, &fault) ||
+        if (pilots_run(pilots, render->space, settings, record, &data, &size, &fault) ||
             plan_absorb(render->plan, unit, data, size, &how, &fault))
             fail_msg("unit %llu: %s", (unsigned long long)unit, fault.text);
         free(data);
@@ -42,6 +40,11 @@ void render_run(render_t *render, const scene_t *scene, const char *job_text)
 
 void render_image(render_t *render, const scene_t *scene, const char *job_text)
 {
+    render_image_with(render, scene, job_text, NULL);
+}
+
+void render_image_with(render_t *render, const scene_t *scene, const char *job_text, pilots_t *pilots)
+{
     fault_t fault = {0};
     job_t job;
     *render = (render_t){0};
@@ -53,7 +56,7 @@ void render_image(render_t *render, const scene_t *scene, const char *job_text)
         renderer_new(&render->renderer, scene, &job.settings, &fault) ||
         work_space_new(&render->space, render->renderer, &fault))
         fail_msg("%s", fault.text);
-    render_units(render);
+    render_units(render, pilots);
     if (plan_image(render->plan, &render->image, &fault))
         fail_msg("%s", fault.text);
 }

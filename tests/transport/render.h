@@ -2,6 +2,7 @@
 #ifndef TESTS_TRANSPORT_RENDER_H
 #define TESTS_TRANSPORT_RENDER_H
 
+#include "pilots.h"
 #include "plan/plan.h"
 
 typedef struct render_estimate {
@@ -21,6 +22,8 @@ typedef struct render {
 void render_run(render_t *render, const scene_t *scene, const char *job_text);
 /* The same for the image alone. */
 void render_image(render_t *render, const scene_t *scene, const char *job_text);
+/* Likewise, with results of the pilot from other renders of the scene. */
+void render_image_with(render_t *render, const scene_t *scene, const char *job_text, pilots_t *pilots);
 void render_clear(render_t *render);
 
 /* b_k and b_{k,s} as the report states them. */

@@ -20,6 +20,8 @@
 #define SCENE_ONE(function, name) +1
 enum { SCENES = SCENE_LIST(SCENE_ONE) };
 
+#define SCENE_NAME(function, name) name,
+
 /* Defines a test that calls check(name). */
 #define SCENE_TEST(function, name)                                                                                 \
     static void function(void **state)                                                                             \
