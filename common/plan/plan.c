@@ -443,7 +443,6 @@ static void plan_begin_render(plan_t *plan)
     plan_size_render(plan);
     plan->phase = PLAN_RENDER;
     plan->pilot_cpu_seconds = plan->totals.cpu_seconds;
-    plan->error_next = plan->in + 4;
 }
 
 /* Adds up a unit's result. */
@@ -590,6 +589,23 @@ void plan_note_merging(plan_t *plan, double seconds)
         plan->totals.merging_seconds += seconds;
 }
 
+/* Whether there may be an estimate of the error to go by: a dotted image is for a late end alone, and that of a
+ * single pass over the image is a stand-in. */
+static bool plan_has_error(const plan_t *plan)
+{
+    return !plan_passes_begun(plan) && (plan_is_chains(plan) || plan->lengths[0].units_in > 1);
+}
+
+/* Units until the error is estimated anew: the history's points are a quarter apart, where a rule waits for an
+ * error a tenth; the first is as early as there is an estimate. */
+static uint64_t plan_error_wait(const plan_t *plan)
+{
+    const bool rule = plan->job.stop.error > 0;
+    const uint64_t rendered = plan->in - plan->pilot_units - plan->trial_units, least = rule ? 4 : 1,
+                   wait = rendered / (rule ? 10 : 4);
+    return isfinite(plan->error) && wait > least ? wait : isfinite(plan->error) ? least : 1;
+}
+
 bool plan_check_stop(plan_t *plan, double seconds)
 {
     const job_stop_t *stop = &plan->job.stop;
@@ -600,11 +616,9 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "mutations_per_pixel");
     if (stop->seconds > 0 && seconds >= stop->seconds)
         return plan_stop(plan, "seconds");
-    if (plan->in >= plan->error_next && !plan_passes_begun(plan)) { /* a dotted image is for a late end alone */
+    if (plan->in >= plan->error_next && plan_has_error(plan)) {
         plan_note_error(plan);
-        const uint64_t rendered = plan->in - plan->pilot_units - plan->trial_units,
-                       wait = rendered / (stop->error > 0 ? 10 : 4); /* the history can do with fewer */
-        plan->error_next = plan->in + (wait > 4 ? wait : 4);
+        plan->error_next = plan->in + plan_error_wait(plan);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
     }

@@ -13,10 +13,13 @@ enum {
     ERAS_MOST = 7,    /* least, and at most, so that the first one is a sixteenth to a 128th of all */
     ERAS_CHAINS = 4,  /* of each length in the first era, if that does not make it larger than a sixteenth */
     ERAS_AHEAD = 2,   /* that are decided before any is in */
-    ERAS_PASSES = 4,  /* over the image that samples have in an era, */
-    ERAS_CHEAP = 50   /* if one is not less than so many parts of it */
+    ERAS_CHEAP = 50   /* a pass of samples is in every era that it is not more than such a part of */
 };
 #define ERAS_LARGEST 0x1p61
+/* Passes over the image that are due to samples in an era that has some: rounded, one. What is due in the eras
+ * before, which are as large together, is as much, and one pass as well: a render that is ended by the clock may
+ * have no more eras than these. */
+static const double ERAS_LEAST_PASSES = M_SQRT1_2;
 static const double ERAS_LEAST_SHARE = 0.005;
 
 fault_code_t plan_eras_init(plan_eras_t *eras, uint32_t max_path_length, fault_t *fault)
@@ -77,12 +80,12 @@ static double eras_least(const plan_t *plan, uint32_t k)
                                     : (double)(unit < chain ? unit : chain);
 }
 
-/* Whether an era is large enough for a length: its share is what it needs. Samples come in whole passes: so many
- * that rounding changes little, or so cheap that they do not matter. */
+/* Whether an era is large enough for a length: its share is what it needs. Samples come in whole passes: about one
+ * is due, or they are so cheap that they do not matter. */
 static bool eras_is_large(const plan_t *plan, uint32_t k, double work)
 {
     const double least = eras_least(plan, k), own = plan->lengths[k].share * work;
-    return plan_is_samples(plan, k) ? own >= ERAS_PASSES * least || work >= ERAS_CHEAP * least : own >= least;
+    return plan_is_samples(plan, k) ? own >= ERAS_LEAST_PASSES * least || work >= ERAS_CHEAP * least : own >= least;
 }
 
 /* W_r of each length: the era's, but for eras that are too small for it. */

@@ -284,6 +284,49 @@ static void eras_are_cut_alike(void **state)
     plan_worker_clear(&worker);
 }
 
+/* A render that the clock ends may end in its first eras: samples do not run ahead in them. A pass over the image
+ * is large beside these; the first era has one, for all eras that are too small for one, and so has the first that
+ * is large enough. Rounding to whole passes changes no era's part by more than half of what is due. */
+static void samples_do_not_run_ahead(void **state)
+{
+    (void)state;
+    static const double seconds[] = {0.024, 0.03, 0.05, 0.1, 0.2, 1};
+    int small_ones = 0;
+    for (size_t i = 0; i < sizeof seconds / sizeof *seconds; i++) {
+        char text[256];
+        snprintf(text, sizeof text,
+                 "{'scene':'x','algorithm':'rjmlt','max_path_length':5,'stop':{'seconds':%g},"
+                 "'chains':{'shift':true,'length':16,'split':1,'pilot_samples':20000}}",
+                 seconds[i]);
+        const job_t job = plan_fixture_job(text);
+        plan_worker_t worker;
+        plan_worker_make(&worker, &job, &small.scene);
+        plan_t *plan = plan_fixture_new(&job, &small.scene);
+        while (plan->phase != PLAN_RENDER)
+            assert_true(plan_fixture_step(plan, &worker));
+        const double share = plan->lengths[0].share, pass = PLAN_SAMPLE_MUTATIONS * PIXELS,
+                     due = share * plan->eras.list[0].work / pass;
+        const plan_part_t *first = plan_eras_part(plan, 0, 0);
+        print_message("%g s: share of samples %.3f, %.3f passes due in the first era, %llu made\n", seconds[i],
+                      share, due, (unsigned long long)(first->budget / PIXELS));
+        assert_true(share > 0 && first->budget > 0);
+        if (due < M_SQRT1_2 && plan->eras.list[0].work < 50 * pass) {
+            assert_int_equal(first->budget, PIXELS);
+            small_ones++;
+        }
+        for (uint32_t r = 0; r < plan->eras.count; r++) {
+            const plan_part_t *part = plan_eras_part(plan, r, 0);
+            const double passes = share * part->work / pass;
+            assert_true(part->work == 0 || plan->eras.list[r].work >= 50 * pass || passes > M_SQRT1_2 * (1 - 1e-9));
+            if (r < plan->eras.decided && passes > M_SQRT1_2)
+                assert_true(fabs((double)part->budget / PIXELS - passes) <= 0.5);
+        }
+        plan_destroy(&plan);
+        plan_worker_clear(&worker);
+    }
+    assert_true(small_ones >= 3);
+}
+
 /* Passes over the image that several units make, in eras, a restart in the middle of one. */
 static void passes_in_parts_survive_restarts(void **state)
 {
@@ -331,8 +374,11 @@ static void passes_in_parts_survive_restarts(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weights_and_budgets_add_up),       cmocka_unit_test(eras_are_cut_alike),
-        cmocka_unit_test(passes_in_parts_survive_restarts), cmocka_unit_test(shares_shift_to_where_they_should_be),
+        cmocka_unit_test(weights_and_budgets_add_up),
+        cmocka_unit_test(eras_are_cut_alike),
+        cmocka_unit_test(samples_do_not_run_ahead),
+        cmocka_unit_test(passes_in_parts_survive_restarts),
+        cmocka_unit_test(shares_shift_to_where_they_should_be),
         cmocka_unit_test(right_shares_lose_nothing),
     };
     return cmocka_run_group_tests(tests, make_reference, drop_reference);

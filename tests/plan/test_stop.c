@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "plan/plan_estimate.h"
 #include "plan/plan_fixture.h"
 #include "support/near.h"
 #include "support/sanitized.h"
@@ -159,6 +160,55 @@ static void check_first_tenth(const char *algorithm, double off)
     small_scene_clear(&small);
 }
 
+/* The history begins with the first unit that makes an estimate possible, and goes on with points that are a
+ * quarter of the units apart, for a rule of the error a tenth, but four at least. */
+static void check_notes(const char *algorithm, const char *stop, double apart)
+{
+    char text[256];
+    snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'stop':{'seconds':5%s}}",
+             algorithm, stop);
+    const job_t job = plan_fixture_job(text);
+    small_scene_t small;
+    plan_worker_t worker;
+    small_scene_diffuse(&small);
+    plan_worker_make(&worker, &job, &small.scene);
+    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    const bool samples = !plan_is_chains(plan); /* of which a single pass has a stand-in for an error */
+    uint32_t points = 0;
+    uint64_t first = 0, last = 0;
+    for (int unit = 0; unit < 200; unit++) {
+        step(plan, &worker);
+        assert_false(plan_check_stop(plan, 0));
+        const uint64_t rendered = plan->phase == PLAN_RENDER ? plan->in - plan->pilot_units - plan->trial_units : 0;
+        plan_error_t error;
+        plan_estimate_error(plan, &error);
+        if (plan->history.count == 0 && isfinite(error.relmse) && rendered > (samples ? 1 : 0))
+            fail_msg("%s: no note of an error of %g after %llu units", algorithm, sqrt(error.relmse),
+                     (unsigned long long)rendered);
+        if (plan->history.count == points)
+            continue;
+        if (points > 0 && (double)(rendered - last) > fmax(apart * (double)last, *stop ? 4 : 1))
+            fail_msg("%s: from %llu units to %llu no note of the error", algorithm, (unsigned long long)last,
+                     (unsigned long long)rendered);
+        first = points == 0 ? rendered : first;
+        last = rendered;
+        points = plan->history.count;
+    }
+    print_message("%s: %u notes, the first after %llu units\n", algorithm, points, (unsigned long long)first);
+    assert_true(first > 0 && points > 8 && points < 60);
+    plan_destroy(&plan);
+    plan_worker_clear(&worker);
+    small_scene_clear(&small);
+}
+
+static void errors_are_noted_from_the_first_estimate_on(void **state)
+{
+    (void)state;
+    check_notes("mmlt", "", 0.25);
+    check_notes("pt", "", 0.25);
+    check_notes("mmlt", ",'error':0.0001", 0.1);
+}
+
 static void the_first_tenth_foretells_the_end(void **state)
 {
     (void)state;
@@ -175,6 +225,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(mutations_are_as_many_as_asked_for),
         cmocka_unit_test(every_length_has_its_first_unit_first),
+        cmocka_unit_test(errors_are_noted_from_the_first_estimate_on),
         cmocka_unit_test(the_first_tenth_foretells_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
