@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "plan/plan_jackknife.h"
 #include "plan/plan_regions.h"
 #include "plan/plan_scatter.h"
 
@@ -145,13 +146,12 @@ static void pixels_blocks(const plan_pixels_t *pixels, uint32_t i, double blocks
 
 /* A chain length with a single unit has no variance yet. What it will bring beside the others is foreseen by their
  * shares (plan_budget.c): they stand in for it. */
-static double pixels_unseen(const plan_pixels_t *pixels)
+static double pixels_unseen(const plan_t *plan)
 {
-    const plan_t *plan = pixels->plan;
     double all = 0, seen = 0;
-    for (uint32_t i = 0; i < pixels->count; i++) {
-        const plan_length_t *length = &plan->lengths[pixels->lengths[i]];
-        if (plan_is_samples(plan, pixels->lengths[i]))
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        const plan_length_t *length = &plan->lengths[k];
+        if (length->merged == 0 || plan_is_samples(plan, k))
             continue;
         const double part = plan_is_whole(plan) ? 1 : length->b * length->need / (double)length->merged;
         all += part;
@@ -163,7 +163,7 @@ static double pixels_unseen(const plan_pixels_t *pixels)
 static void pixels_correct(plan_pixels_t *pixels)
 {
     const plan_t *plan = pixels->plan;
-    const double unseen = pixels_unseen(pixels);
+    const double unseen = pixels_unseen(plan);
     const bool known = unseen <= ESTIMATE_UNSEEN;
     double all[PLAN_GROUP_BLOCKS] = {0}, sums[2] = {0, 0};
     for (uint32_t i = 0; i < pixels->count; i++) {
@@ -372,10 +372,11 @@ static void estimate_spots(const plan_t *plan, const estimate_planes_t *planes, 
 /* What each length brings to relMSE; returns the relative variance that relMSE has by the errors of the b_k, each
  * one normal number. Squares are kept by block for each length, and a block's mean weight says little where a lamp
  * is beside a shadow: so the films' part is that of the spots, pixels with weights of their own. */
-static double estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes, plan_error_t *error)
+static double estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes,
+                               const double spots[PLAN_SPOTS], plan_error_t *error)
 {
     const plan_t *plan = pixels->plan;
-    double all = 0, b_squares = 0, of_single = 0, of_b[PATH_MAX_VERTICES] = {0}, spots[PLAN_SPOTS];
+    double all = 0, b_squares = 0, of_single = 0, of_b[PATH_MAX_VERTICES] = {0};
     uint32_t with_b[PATH_MAX_VERTICES], count = 0;
     for (uint32_t i = 0; i < pixels->count; i++)
         if (pixels->b_variance[i] > 0)
@@ -389,7 +390,6 @@ static double estimate_lengths(const plan_pixels_t *pixels, const estimate_plane
             }
             of_single += weight * pixels_single(pixels, p, c);
         }
-    estimate_spots(plan, planes, spots);
     for (uint32_t i = 0; i < pixels->count; i++) {
         const uint32_t k = pixels->lengths[i];
         error->of_b[k] = of_b[i] * pixels->b_variance[i];
@@ -406,8 +406,9 @@ static double estimate_lengths(const plan_pixels_t *pixels, const estimate_plane
     return all > 0 ? 2 * b_squares / (all * all) : 0;
 }
 
-/* relMSE's squares over pixels and channels: how many of them it would be, were all alike. */
-static double estimate_pixels(const plan_t *plan, const estimate_planes_t *planes)
+/* The part of the image that bears the error: of so many pixels and channels, were all of them alike, the squares
+ * would add up to what they do. */
+static double estimate_part(const plan_t *plan, const estimate_planes_t *planes)
 {
     double sum = 0, squares = 0;
     for (size_t p = 0; p < plan->pixels; p++)
@@ -416,50 +417,79 @@ static double estimate_pixels(const plan_t *plan, const estimate_planes_t *plane
             sum += part;
             squares += part * part;
         }
-    return squares > 0 ? sum * sum / squares : 0;
+    return squares > 0 ? sum * sum / squares / (double)(FILM_CHANNELS * plan->pixels) : 0;
 }
 
 /* Whether few paths make most of the error, by what the render has seen of them: then there are likely others that
- * it has not. How often that is right is in docs/accuracy.md. `pixels`: part of the image that bears the error. */
-static void estimate_trust(const plan_scatter_t *scatter, double pixels, plan_error_t *error)
+ * it has not. How often that is right is in docs/accuracy.md. `part`: of the image, that bears the error. */
+static void estimate_trust(const plan_scatter_t *scatter, double part, plan_error_t *error)
 {
-    const double most_scatter = 0.25, most_dominance = 0.25, least_pixels = 0.01;
+    const double most_scatter = 0.25, most_dominance = 0.25, least_part = 0.01;
     if (scatter->dominance > most_dominance)
         snprintf(error->reason, sizeof error->reason,
                  "one of %d groups of units brings %.0f %% of the squared error", PLAN_GROUPS,
                  100 * scatter->dominance);
-    else if (pixels < least_pixels)
+    else if (part < least_part)
         snprintf(error->reason, sizeof error->reason, "%.2g %% of the pixels bring most of the squared error",
-                 100 * pixels);
+                 100 * part);
     else if (scatter->own > most_scatter)
         snprintf(error->reason, sizeof error->reason,
                  "the squared error scatters by %.0f %% between groups of units", 100 * scatter->own);
     error->reliable = !error->reason[0];
 }
 
-/* The estimate and the error itself differ independently of each other: a sum of their variances. What noise does
- * to the weights is of second order, a part of up to twice relMSE, and makes the estimate too small
- * (docs/accuracy.md): the upper end has room for it. `of_b`: relative variance by the errors of the b_k. */
-static void estimate_interval(const plan_pixels_t *pixels, const estimate_planes_t *planes, double of_b,
-                              plan_error_t *error)
+/* Of the groups at the spots: weights of the squared errors; what the films of the lengths are multiplied by for
+ * the image, and for its errors: of samples that is less (plan_nets.h). */
+typedef struct estimate_groups {
+    double weights[PLAN_SPOTS], factor[PATH_MAX_VERTICES], errors[PATH_MAX_VERTICES];
+} estimate_groups_t;
+
+static void estimate_groups(const plan_pixels_t *pixels, const estimate_planes_t *planes, estimate_groups_t *groups)
 {
-    const plan_t *plan = pixels->plan;
-    double weights[PLAN_SPOTS], factor[PATH_MAX_VERTICES] = {0};
+    *groups = (estimate_groups_t){0};
+    estimate_spots(pixels->plan, planes, groups->weights);
+    for (uint32_t i = 0; i < pixels->count; i++) {
+        const uint32_t k = pixels->lengths[i];
+        groups->factor[k] = pixels->factor[i];
+        groups->errors[k] = pixels->factor[i] * sqrt(plan_nets_factor(pixels->plan, k));
+    }
+}
+
+/* What noise does to the weights (plan_jackknife.h), and how much of it the filter leaves. Known beforehand: of a
+ * pixel it does to w(x) = 1 / (x^2 + floor), by the second order of Taylor's series, 0.5 w'' / w variance = (3 x^2
+ * - floor) / (x^2 + floor) e, at most three times its relative squared error e; of all pixels, each with its e,
+ * three times sum e^2 / sum e, which is relMSE over the `part` of the image that bears it. And over scenes and
+ * algorithms the filter is off by a tenth (docs/accuracy.md; the root of the mean square). Where the groups say
+ * nothing there is room for twice relMSE. */
+static plan_jackknife_t estimate_weigh(const plan_t *plan, const estimate_planes_t *planes,
+                                       const estimate_groups_t *groups, double part)
+{
+    const double relmse = estimate_relmse(plan, planes), off = 0.1, prior = fmin(3 * relmse / part, off);
+    plan_jackknife_t weighed;
+    if (!plan_jackknife_measure(&weighed, &plan->groups, groups->factor, groups->errors, planes->floor,
+                                groups->weights, prior))
+        weighed.room = 2 * relmse;
+    return weighed;
+}
+
+/* The estimate and the error itself differ independently of each other: a sum of their variances. The upper end has
+ * room for what noise does to the weights and is not known. `of_b`: relative variance by the errors of the b_k. */
+static void estimate_interval(const plan_t *plan, const estimate_groups_t *groups, const plan_jackknife_t *weighed,
+                              double of_b, double part, plan_error_t *error)
+{
     plan_scatter_t scatter;
     error->reason[0] = 0;
-    estimate_spots(plan, planes, weights);
-    for (uint32_t i = 0; i < pixels->count; i++)
-        factor[pixels->lengths[i]] = pixels->factor[i] * sqrt(plan_nets_factor(plan, pixels->lengths[i]));
-    if (!plan_scatter_measure(&scatter, &plan->groups, factor, weights)) {
+    if (!plan_scatter_measure(&scatter, &plan->groups, groups->errors, groups->weights)) {
         snprintf(error->reason, sizeof error->reason, "too few units of work to see how the error scatters");
         return;
     }
     scatter.own = hypot(scatter.own, sqrt(of_b));
+    scatter.estimate = hypot(scatter.estimate, weighed->error / weighed->ratio);
     const double sigma = plan_student(scatter.freedom) * hypot(scatter.own, scatter.estimate);
     error->spread = scatter.estimate;
     error->low = error->relmse * exp(-sigma);
-    error->high = error->relmse * exp(sigma) * (1 + 2 * error->relmse);
-    estimate_trust(&scatter, estimate_pixels(plan, planes) / (double)(FILM_CHANNELS * plan->pixels), error);
+    error->high = error->relmse * exp(sigma) * (1 + weighed->room);
+    estimate_trust(&scatter, part, error);
 }
 
 void plan_estimate_error(const plan_t *plan, plan_error_t *error)
@@ -469,15 +499,19 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
     snprintf(error->reason, sizeof error->reason, "too few units of work for an estimate");
-    if (units < (plan_is_chains(plan) ? ESTIMATE_UNITS : 1))
+    if (units < (plan_is_chains(plan) ? ESTIMATE_UNITS : 1) || pixels_unseen(plan) > ESTIMATE_UNSEEN)
         return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);
     estimate_planes_t planes = {0};
-    if (pixels.correction[0] < INFINITY && estimate_planes(plan, &pixels, &planes)) {
-        error->relmse = estimate_relmse(plan, &planes);
-        const double of_b = estimate_lengths(&pixels, &planes, error);
-        estimate_interval(&pixels, &planes, of_b, error);
+    if (estimate_planes(plan, &pixels, &planes)) {
+        estimate_groups_t groups;
+        const double part = estimate_part(plan, &planes);
+        estimate_groups(&pixels, &planes, &groups);
+        const plan_jackknife_t weighed = estimate_weigh(plan, &planes, &groups, part);
+        error->relmse = weighed.ratio * estimate_relmse(plan, &planes);
+        const double of_b = estimate_lengths(&pixels, &planes, groups.weights, error);
+        estimate_interval(plan, &groups, &weighed, of_b, part, error);
     }
     free(planes.values);
 }
