@@ -25,7 +25,7 @@ void plan_note_error(plan_t *plan)
                                                      .mutations = plan_merged(plan),
                                                      .relmse = error.relmse,
                                                      .outlook = accuracy_outlook(plan, &error),
-                                                     .spread = error.spread});
+                                                     .spread = error.reliable ? error.spread : NAN});
     plan_predict(plan);
 }
 
@@ -101,6 +101,7 @@ static json_t *accuracy_first_tenth(const plan_t *plan)
     json_add_number(object, "low", time.low * pace);
     json_add_number(object, "high", time.high * pace);
     json_add_number(object, "actual_seconds", end * pace);
+    json_add(object, "reliable", json_new_bool(isfinite(history->points[count - 1].spread)));
     return object;
 }
 

@@ -369,41 +369,108 @@ static void estimate_spots(const plan_t *plan, const estimate_planes_t *planes, 
     }
 }
 
-/* What each length brings to relMSE; returns the relative variance that relMSE has by the errors of the b_k, each
- * one normal number. Squares are kept by block for each length, and a block's mean weight says little where a lamp
- * is beside a shadow: so the films' part is that of the spots, pixels with weights of their own. */
-static double estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes,
-                               const double spots[PLAN_SPOTS], plan_error_t *error)
+/* What samples bring to relMSE, with its standard error, of weights at hand. */
+typedef struct estimate_samples {
+    bool known; /* else their two sequences (plan_nets.h) do not tell */
+    double relmse, error;
+} estimate_samples_t;
+
+/* Directly by what both sequences differ by: over all pixels that is sure, and nothing is said of how nets help in
+ * this pixel or that. Channels go together; of a normal number's square the variance is two thirds of its own
+ * square's mean. */
+static estimate_samples_t estimate_samples(const plan_pixels_t *pixels, const estimate_planes_t *planes)
 {
     const plan_t *plan = pixels->plan;
-    double all = 0, b_squares = 0, of_single = 0, of_b[PATH_MAX_VERTICES] = {0};
+    plan_nets_pair_t pair;
+    estimate_samples_t samples = {.known = plan_is_samples(plan, 0) && pixels->count > 0 &&
+                                           pixels->lengths[0] == 0 &&
+                                           plan_nets_pair(plan, pixels->factor[0], &pair)};
+    for (size_t p = 0; p < plan->pixels && samples.known; p++) {
+        double part = 0;
+        for (size_t c = 0; c < FILM_CHANNELS; c++) {
+            const size_t i = FILM_CHANNELS * p + c;
+            const double d =
+                (double)pixels->sums[0][i] * pair.first - (double)plan->nets.second.sums[i] * pair.both;
+            part += d * d * pair.scale * estimate_weight(plan, planes, p, c);
+        }
+        samples.relmse += part;
+        samples.error += 2.0 / 3 * part * part;
+    }
+    samples.error = sqrt(samples.error);
+    return samples;
+}
+
+/* What films of lengths bring to relMSE by the errors of the b_k. */
+static void estimate_of_b(const plan_pixels_t *pixels, const estimate_planes_t *planes, plan_error_t *error)
+{
+    const plan_t *plan = pixels->plan;
     uint32_t with_b[PATH_MAX_VERTICES], count = 0;
     for (uint32_t i = 0; i < pixels->count; i++)
         if (pixels->b_variance[i] > 0)
             with_b[count++] = i;
-    for (size_t p = 0; p < plan->pixels && (count > 0 || pixels->single); p++)
+    for (size_t p = 0; p < plan->pixels && count > 0; p++)
         for (size_t c = 0; c < FILM_CHANNELS; c++) {
             const double weight = estimate_weight(plan, planes, p, c);
             for (uint32_t i = 0; i < count; i++) {
                 const double x = (double)pixels->sums[with_b[i]][FILM_CHANNELS * p + c];
-                of_b[with_b[i]] += x * x * weight;
+                error->of_b[pixels->lengths[with_b[i]]] += x * x * weight * pixels->b_variance[with_b[i]];
             }
-            of_single += weight * pixels_single(pixels, p, c);
         }
+}
+
+static double estimate_single(const plan_pixels_t *pixels, const estimate_planes_t *planes)
+{
+    const plan_t *plan = pixels->plan;
+    double sum = 0;
+    for (size_t p = 0; p < plan->pixels && pixels->single; p++)
+        for (size_t c = 0; c < FILM_CHANNELS; c++)
+            sum += estimate_weight(plan, planes, p, c) * pixels_single(pixels, p, c);
+    return sum;
+}
+
+/* What each length brings to relMSE, and relMSE. Squares are kept by block for each length, and a block's mean
+ * weight says little where a lamp is beside a shadow: so the films' part is that of the spots, pixels with weights
+ * of their own; but for samples that both sequences tell of. */
+static void estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes,
+                             const estimate_samples_t *samples, const double spots[PLAN_SPOTS], plan_error_t *error)
+{
+    const plan_t *plan = pixels->plan;
+    const double relmse = estimate_relmse(plan, planes), of_single = estimate_single(pixels, planes);
+    double all = 0;
+    estimate_of_b(pixels, planes, error);
     for (uint32_t i = 0; i < pixels->count; i++) {
         const uint32_t k = pixels->lengths[i];
-        error->of_b[k] = of_b[i] * pixels->b_variance[i];
         error->lengths[k] =
             error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
             plan_scatter_part(&plan->groups, k, pixels->factor[i], spots) * plan_nets_factor(plan, k);
-        b_squares += error->of_b[k] * error->of_b[k];
         all += error->lengths[k];
     }
+    error->relmse = all > 0 ? 0 : relmse;
     for (uint32_t i = 0; i < pixels->count && all > 0; i++) { /* spots are not quite all pixels */
-        error->lengths[pixels->lengths[i]] *= error->relmse / all;
-        error->of_b[pixels->lengths[i]] *= error->relmse / all;
+        const uint32_t k = pixels->lengths[i];
+        error->lengths[k] = k == 0 && samples->known ? samples->relmse : error->lengths[k] * relmse / all;
+        error->of_b[k] *= relmse / all;
+        error->relmse += error->lengths[k];
     }
-    return all > 0 ? 2 * b_squares / (all * all) : 0;
+}
+
+/* The relative variance of relMSE by the errors of the b_k, each one normal number. */
+static double estimate_b_variance(const plan_pixels_t *pixels, const plan_error_t *error)
+{
+    double squares = 0;
+    for (uint32_t i = 0; i < pixels->count; i++)
+        squares += error->of_b[pixels->lengths[i]] * error->of_b[pixels->lengths[i]];
+    return 2 * squares / (error->relmse * error->relmse);
+}
+
+/* By the weights that they should have. */
+static void estimate_reweigh(plan_error_t *error, const plan_t *plan, double ratio)
+{
+    error->relmse *= ratio;
+    for (uint32_t k = 0; k <= plan_last(plan); k++) {
+        error->lengths[k] *= ratio;
+        error->of_b[k] *= ratio;
+    }
 }
 
 /* The part of the image that bears the error: of so many pixels and channels, were all of them alike, the squares
@@ -475,16 +542,16 @@ static plan_jackknife_t estimate_weigh(const plan_t *plan, const estimate_planes
 /* The estimate and the error itself differ independently of each other: a sum of their variances. The upper end has
  * room for what noise does to the weights and is not known. `of_b`: relative variance by the errors of the b_k. */
 static void estimate_interval(const plan_t *plan, const estimate_groups_t *groups, const plan_jackknife_t *weighed,
-                              double of_b, double part, plan_error_t *error)
+                              double of_b, double of_samples, double part, plan_error_t *error)
 {
     plan_scatter_t scatter;
     error->reason[0] = 0;
-    if (!plan_scatter_measure(&scatter, &plan->groups, groups->errors, groups->weights)) {
+    if (!plan_scatter_measure(&scatter, &plan->groups, groups->errors, groups->weights, plan_is_samples(plan, 0))) {
         snprintf(error->reason, sizeof error->reason, "too few units of work to see how the error scatters");
         return;
     }
     scatter.own = hypot(scatter.own, sqrt(of_b));
-    scatter.estimate = hypot(scatter.estimate, weighed->error / weighed->ratio);
+    scatter.estimate = hypot(hypot(scatter.estimate, weighed->error / weighed->ratio), of_samples);
     const double sigma = plan_student(scatter.freedom) * hypot(scatter.own, scatter.estimate);
     error->spread = scatter.estimate;
     error->low = error->relmse * exp(-sigma);
@@ -509,9 +576,11 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
         const double part = estimate_part(plan, &planes);
         estimate_groups(&pixels, &planes, &groups);
         const plan_jackknife_t weighed = estimate_weigh(plan, &planes, &groups, part);
-        error->relmse = weighed.ratio * estimate_relmse(plan, &planes);
-        const double of_b = estimate_lengths(&pixels, &planes, groups.weights, error);
-        estimate_interval(plan, &groups, &weighed, of_b, part, error);
+        const estimate_samples_t samples = estimate_samples(&pixels, &planes);
+        estimate_lengths(&pixels, &planes, &samples, groups.weights, error);
+        const double of_b = estimate_b_variance(&pixels, error), of_samples = samples.error / error->relmse;
+        estimate_reweigh(error, plan, weighed.ratio);
+        estimate_interval(plan, &groups, &weighed, of_b, of_samples, part, error);
     }
     free(planes.values);
 }

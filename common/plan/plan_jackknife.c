@@ -17,6 +17,9 @@ typedef struct jackknife_images {
     double *data;
     double *all; /* the render's image */
     double *own; /* [PLAN_GROUPS][n]: of one length, by group */
+    /* Sums over lengths and pairs of squared differences, by the weights at hand: as errors of the image, and as
+     * independent groups would have them. */
+    double errors, independent;
     jackknife_pair_t pairs[JACKKNIFE_PAIRS];
 } jackknife_images_t;
 
@@ -47,15 +50,19 @@ static uint32_t jackknife_left_out(int p, uint32_t j)
 /* Adds one length to the images of one pair. counts: of its groups, `all` together; sums: light of all of them;
  * errors: of the image, over what groups differ by. */
 static void jackknife_add_pair(jackknife_images_t *images, int p, const uint64_t *counts, double all,
-                               const double *sums, double errors)
+                               const double *sums, double errors, const double *weights)
 {
     const uint32_t n = images->n;
     const double *a = images->own + (size_t)(2 * p) * n, *b = a + n;
     const double of_a = (double)counts[2 * p], of_b = (double)counts[2 * p + 1], left = all - of_a - of_b,
-                 scale = errors * sqrt(all / (1 / of_a + 1 / of_b));
+                 scale = sqrt(all / (1 / of_a + 1 / of_b));
     jackknife_pair_t *pair = &images->pairs[p];
     for (uint32_t i = 0; i < n; i++) {
-        pair->difference[i] += scale * (a[i] / of_a - b[i] / of_b);
+        const double difference = scale * (a[i] / of_a - b[i] / of_b),
+                     square = difference * difference * weights[i];
+        images->independent += square;
+        images->errors += square * errors * errors;
+        pair->difference[i] += difference * errors;
         pair->rest[i] += all / left * (sums[i] - a[i] - b[i]);
     }
     for (uint32_t j = 0; j < JACKKNIFE_REST; j++) {
@@ -68,7 +75,7 @@ static void jackknife_add_pair(jackknife_images_t *images, int p, const uint64_t
 
 /* False if a group has none of the length. */
 static bool jackknife_add(jackknife_images_t *images, const plan_groups_t *groups, uint32_t k, double factor,
-                          double errors)
+                          double errors, const double *weights)
 {
     const uint32_t n = images->n;
     const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
@@ -87,19 +94,19 @@ static bool jackknife_add(jackknife_images_t *images, const plan_groups_t *group
     for (uint32_t i = 0; i < n; i++)
         images->all[i] += sums[i];
     for (int p = 0; p < JACKKNIFE_PAIRS; p++)
-        jackknife_add_pair(images, p, counts, all, sums, errors);
+        jackknife_add_pair(images, p, counts, all, sums, errors, weights);
     return true;
 }
 
 /* All lengths that are in the image. */
 static bool jackknife_lengths(jackknife_images_t *images, const plan_groups_t *groups, const double *factor,
-                              const double *errors)
+                              const double *errors, const double *weights)
 {
     bool some = false;
     for (uint32_t k = 0; k < groups->lengths; k++) {
         if (factor[k] == 0)
             continue;
-        if (!jackknife_add(images, groups, k, factor[k], errors[k] / factor[k]))
+        if (!jackknife_add(images, groups, k, factor[k], errors[k] / factor[k], weights))
             return false;
         some = true;
     }
@@ -134,9 +141,18 @@ static jackknife_sums_t jackknife_sum(const jackknife_images_t *images, int p, d
     return sums;
 }
 
-static double jackknife_right(const jackknife_sums_t *sums)
+/* How many times what one group less does to the image's variance is in that by fourteen groups, where sixteen have
+ * `even` times that of independent ones: without a pair, or one more group, the points of nets have gaps, and what
+ * is added is as if they were independent. Thirteen if all are. */
+static double jackknife_steps(const jackknife_images_t *images)
 {
-    return JACKKNIFE_REST * sums->rest - (JACKKNIFE_REST - 1) * sums->fewer;
+    const double even = images->errors / images->independent, rest = JACKKNIFE_REST;
+    return (even / PLAN_GROUPS + 1 / rest - 1.0 / PLAN_GROUPS) / (1 / (rest - 1) - 1 / rest);
+}
+
+static double jackknife_right(const jackknife_sums_t *sums, double steps)
+{
+    return sums->rest - steps * (sums->fewer - sums->rest);
 }
 
 /* What the pairs say; false if it is nothing. */
@@ -145,6 +161,7 @@ static bool jackknife_ratio(plan_jackknife_t *out, const jackknife_images_t *ima
 {
     jackknife_sums_t pairs[JACKKNIFE_PAIRS], all = {0};
     double squares = 0;
+    const double steps = jackknife_steps(images);
     for (int p = 0; p < JACKKNIFE_PAIRS; p++) {
         pairs[p] = jackknife_sum(images, p, floor, weights);
         all.hand += pairs[p].hand;
@@ -152,14 +169,13 @@ static bool jackknife_ratio(plan_jackknife_t *out, const jackknife_images_t *ima
         all.rest += pairs[p].rest;
         all.fewer += pairs[p].fewer;
     }
-    const double right = jackknife_right(&all),
-                 by_logarithms = all.rest * pow(all.rest / all.fewer, JACKKNIFE_REST - 1);
+    const double right = jackknife_right(&all, steps), by_logarithms = all.rest * pow(all.rest / all.fewer, steps);
     if (!(all.hand > 0 && all.rest <= 2 * right && all.own >= 0.5 * right))
         return false;
     out->ratio = right / all.hand;
     out->room = fmax(0, by_logarithms / right - 1);
     for (int p = 0; p < JACKKNIFE_PAIRS; p++) {
-        const double off = jackknife_right(&pairs[p]) - out->ratio * pairs[p].hand;
+        const double off = jackknife_right(&pairs[p], steps) - out->ratio * pairs[p].hand;
         squares += off * off;
     }
     out->error = sqrt(squares * JACKKNIFE_PAIRS / (JACKKNIFE_PAIRS - 1.0)) / all.hand;
@@ -174,8 +190,8 @@ bool plan_jackknife_measure(plan_jackknife_t *out, const plan_groups_t *groups, 
     *out = (plan_jackknife_t){.ratio = 1};
     if (!jackknife_open(&images, groups->spot_count))
         return false;
-    const bool known =
-        jackknife_lengths(&images, groups, factor, errors) && jackknife_ratio(&found, &images, floor, weights);
+    const bool known = jackknife_lengths(&images, groups, factor, errors, weights) &&
+                       jackknife_ratio(&found, &images, floor, weights);
     free(images.data);
     if (!known)
         return false;

@@ -12,9 +12,10 @@
  *
  *     14 (weights by fourteen) - 13 (mean of the weights by thirteen)
  *
- * has neither: the jackknife (Quenouille, Notes on bias in estimation, 1956). All of that at the spots
- * (plan_groups.h), in luminance, and as a ratio to the same squares with the weights at hand, in which the squares'
- * own scatter cancels. */
+ * has neither (where groups are independent; where they are points of nets, plan_nets.h, the step is another one):
+ * the jackknife (Quenouille, Notes on bias in estimation, 1956). All of that at the spots (plan_groups.h), in
+ * luminance, and as a ratio to the same squares with the weights at hand, in which the squares' own scatter
+ * cancels. */
 #ifndef PLAN_PLAN_JACKKNIFE_H
 #define PLAN_PLAN_JACKKNIFE_H
 

@@ -6,8 +6,9 @@
 /* The prior of p about 1/2, and of a in parts of the last error. */
 static const double LAW_POWER = 0.5, LAW_POWER_SPREAD = 0.025, LAW_POWER_STEP = 0.01, LAW_FLOOR_SPREAD = 0.01,
                     LAW_FLOOR_MOST = 0.8;
-/* No estimate is surer than this; one without a spread has it that unsure. */
-static const double LAW_NOISE_LEAST = 0.01, LAW_NOISE_UNKNOWN = 0.1;
+/* No estimate is surer than this. Of estimates that call themselves unreliable half are off by a factor of more
+ * than 1.5 (docs/accuracy.md): were logarithms normal, by log 1.5 / 0.674 = 0.6, half of that in the root. */
+static const double LAW_NOISE_LEAST = 0.01, LAW_NOISE_UNKNOWN = 0.3;
 
 /* The relative standard error of an error is half that of its square. */
 static double law_noise(const plan_point_t *point)

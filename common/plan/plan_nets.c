@@ -110,14 +110,19 @@ static void nets_differ(const plan_pixels_t *pixels, const nets_counts_t *counts
     }
 }
 
+/* The variance of A - B over that of the image, were all passes independent. */
+static double nets_independent(const nets_counts_t *counts)
+{
+    const double one = counts->all - counts->second, one_squared = counts->all_squared - counts->second_squared;
+    return counts->all * counts->all / counts->all_squared *
+           (one_squared / (one * one) + counts->second_squared / (counts->second * counts->second));
+}
+
 /* What they would differ by, from what passes do; and the light of all lengths. */
 static void nets_expect(const plan_pixels_t *pixels, const nets_counts_t *counts, nets_block_t *blocks)
 {
     const plan_t *plan = pixels->plan;
-    const double one = counts->all - counts->second, one_squared = counts->all_squared - counts->second_squared,
-                 independent =
-                     counts->all * counts->all / counts->all_squared *
-                     (one_squared / (one * one) + counts->second_squared / (counts->second * counts->second));
+    const double independent = nets_independent(counts);
     for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
         const double squares = plan_groups_squares(&plan->groups, 0, b) * pixels->squares_factor -
                                pixels->squared[0][b] * pixels->square[0];
@@ -162,6 +167,20 @@ void plan_nets_measure(plan_t *plan)
         const double own = blocks[b].expected > 0 ? blocks[b].difference / blocks[b].expected : ratio;
         nets->blocks[b] = (blocks[b].pixels * own + NETS_PRIOR * ratio) / (blocks[b].pixels + NETS_PRIOR);
     }
+}
+
+bool plan_nets_pair(const plan_t *plan, double unit, plan_nets_pair_t *pair)
+{
+    const nets_counts_t counts = nets_counts(plan);
+    const double one = counts.all - counts.second;
+    if (!(counts.second > 0) || !(one > 0) || !plan->nets.second.sums)
+        return false;
+    *pair = (plan_nets_pair_t){
+        .first = unit * counts.all / one,
+        .both = unit * counts.all * (1 / one + 1 / counts.second),
+        .scale = 1 / nets_independent(&counts),
+    };
+    return true;
 }
 
 double plan_nets_factor(const plan_t *plan, uint32_t k)

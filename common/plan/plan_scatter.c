@@ -3,7 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { SCATTER_DRAWS = PLAN_GROUPS - 1, SCATTER_LEAST = 3 /* groups */ };
+enum {
+    SCATTER_DRAWS = PLAN_GROUPS - 1,
+    SCATTER_LEAST = 3,                 /* groups */
+    SCATTER_BANDS = 4 * SCATTER_DRAWS, /* of the image, for what units of nets leave */
+};
 
 /* A length's groups at the spots. */
 typedef struct scatter_spots {
@@ -81,17 +85,29 @@ typedef struct scatter_sums {
     double all, over_freedom;
 } scatter_sums_t;
 
+/* Adds a group's deviations to the draws, in [draw] by one contrast each: in a band of the image the next draw has
+ * the next contrast. */
+static void scatter_draw_group(scatter_sums_t *sums, uint32_t n, double contrasts[SCATTER_DRAWS][PLAN_GROUPS],
+                               uint32_t g, const double *part, uint32_t bands)
+{
+    for (uint32_t band = 0; band < bands; band++)
+        for (uint32_t j = 0; j < SCATTER_DRAWS; j++) {
+            const double contrast = contrasts[(j + band) % SCATTER_DRAWS][g];
+            const uint32_t end = (uint32_t)((uint64_t)n * (band + 1) / bands);
+            for (uint32_t i = (uint32_t)((uint64_t)n * band / bands); i < end; i++)
+                sums->draws[(size_t)j * n + i] += contrast * part[i];
+        }
+}
+
 /* Group by group, spot by spot: arrays are passed in their order. */
 static void scatter_add(scatter_sums_t *sums, const scatter_spots_t *spots, uint32_t n, double factor,
-                        const double *weights)
+                        const double *weights, bool nets)
 {
     double contrasts[SCATTER_DRAWS][PLAN_GROUPS], part[PLAN_SPOTS], squares = 0;
     scatter_contrasts(spots, contrasts);
     for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
         const double own = scatter_deviate(spots, n, g, factor, weights, part);
-        for (uint32_t j = 0; j < SCATTER_DRAWS; j++)
-            for (uint32_t i = 0; i < n; i++)
-                sums->draws[(size_t)j * n + i] += contrasts[j][g] * part[i];
+        scatter_draw_group(sums, n, contrasts, g, part, nets ? SCATTER_BANDS : 1);
         sums->parts[g] += own;
         squares += own;
     }
@@ -101,7 +117,7 @@ static void scatter_add(scatter_sums_t *sums, const scatter_spots_t *spots, uint
 
 /* All lengths. False while one has units in too few groups. */
 static bool scatter_lengths(scatter_sums_t *sums, const plan_groups_t *groups, const double *factor,
-                            const double *weights)
+                            const double *weights, bool nets)
 {
     for (uint32_t k = 0; k < groups->lengths; k++) {
         scatter_spots_t spots;
@@ -112,7 +128,7 @@ static bool scatter_lengths(scatter_sums_t *sums, const plan_groups_t *groups, c
             continue;
         if (spots.alike < SCATTER_LEAST)
             return false;
-        scatter_add(sums, &spots, groups->spot_count, factor[k], weights);
+        scatter_add(sums, &spots, groups->spot_count, factor[k], weights, nets && k == 0);
     }
     return sums->all > 0;
 }
@@ -164,10 +180,10 @@ double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor,
 }
 
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
-                          const double weights[PLAN_SPOTS])
+                          const double weights[PLAN_SPOTS], bool nets)
 {
     scatter_sums_t sums = {.draws = calloc((size_t)SCATTER_DRAWS * groups->spot_count, sizeof *sums.draws)};
-    if (!sums.draws || !scatter_lengths(&sums, groups, factor, weights)) {
+    if (!sums.draws || !scatter_lengths(&sums, groups, factor, weights, nets)) {
         free(sums.draws);
         return false;
     }

@@ -10,7 +10,12 @@
  * for the row of ones) are such signs, and their contrasts are uncorrelated: fifteen draws of the image's error,
  * each with its relMSE (McCarthy, Pseudo-replication: half samples, 1969). The spread of these is how the render's
  * own relMSE scatters, that of their mean how the estimate does. Where a length has units in fewer groups, their
- * contrasts by a cosine transform stand in, and fewer degrees of freedom are counted. */
+ * contrasts by a cosine transform stand in, and fewer degrees of freedom are counted.
+ *
+ * Passes of samples are points of nets (plan_nets.h), and what one group has of a sequence goes with what another
+ * has: the fifteen contrasts have variances of their own, by how they cut the sequences, and would scatter by that.
+ * But errors of samples hang together over few pixels only. So each draw has all fifteen contrasts, in bands of the
+ * image one after the other, and they are alike again. */
 #ifndef PLAN_PLAN_SCATTER_H
 #define PLAN_PLAN_SCATTER_H
 
@@ -31,8 +36,9 @@ typedef struct plan_scatter {
 double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights);
 
 /* factor[k]: the image's light of length k is that times the film's. weights: of the squared errors at the spots.
+ * nets: lengths[0] is of samples.
  * False without memory, or while a length that has units has them in fewer than three groups. */
 bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
-                          const double weights[PLAN_SPOTS]);
+                          const double weights[PLAN_SPOTS], bool nets);
 
 #endif

@@ -151,6 +151,7 @@ static void check_first_tenth(const char *algorithm, double off)
                          number(json_get(report, "time"), "render_cpu_seconds"));
     print_message("%s, after %.3f s: %.3f s foretold, %.3f s it took\n", algorithm, number(tenth, "at_seconds"),
                   predicted, actual);
+    assert_non_null(json_get(tenth, "reliable"));
     assert_true(number(tenth, "at_seconds") <= (part + 0.1 * (1 - part)) * actual);
     assert_true(number(tenth, "low") < predicted && predicted < number(tenth, "high"));
     assert_near(predicted, actual, off * actual);
