@@ -110,7 +110,6 @@ static double region_mean(const render_t *of, int region)
     return sum / (PIXELS / REGIONS);
 }
 
-<<<<<<< HEAD
 static const double samples = 32;
 static render_t reference;
 
@@ -124,10 +123,7 @@ static int make_reference(void **state)
     return 0;
 }
 
-static void check_calibration(const char *algorithm, double per_pixel, bool own_weights)
-=======
 static void check_calibration(const char *algorithm, double per_pixel)
->>>>>>> 317f1b4 (Weights of the error without the noise in them: by a jackknife over groups of units; the box of edges is within 13 % for chains, and is tested with the render's own weights)
 {
     static render_t renders[SEEDS];
     double estimated = 0, truth = 0, weighted = 0, squares = 0;
@@ -172,11 +168,7 @@ static void check_calibration(const char *algorithm, double per_pixel)
 static void samples_are_calibrated(void **state)
 {
     (void)state;
-<<<<<<< HEAD
-    check_calibration("bdpt", samples, true);
-=======
-    check_calibration("bdpt", 32);
->>>>>>> 317f1b4 (Weights of the error without the noise in them: by a jackknife over groups of units; the box of edges is within 13 % for chains, and is tested with the render's own weights)
+    check_calibration("bdpt", samples);
 }
 
 static void chains_are_calibrated(void **state)
