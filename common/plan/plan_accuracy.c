@@ -20,12 +20,13 @@ void plan_note_error(plan_t *plan)
     plan_error_t error;
     plan_estimate_error(plan, &error);
     plan->error = sqrt(error.relmse);
-    plan_history_add(&plan->history, &(plan_point_t){.seconds = plan->seconds,
-                                                     .cpu_seconds = plan->totals.cpu_seconds,
-                                                     .mutations = plan_merged(plan),
-                                                     .relmse = error.relmse,
-                                                     .outlook = accuracy_outlook(plan, &error),
-                                                     .spread = error.reliable ? error.spread : NAN});
+    plan_history_add(&plan->history,
+                     &(plan_point_t){.seconds = plan->seconds,
+                                     .cpu_seconds = plan->totals.cpu_seconds,
+                                     .mutations = plan_merged(plan),
+                                     .relmse = error.relmse,
+                                     .outlook = accuracy_outlook(plan, &error),
+                                     .spread = error.reliable && error.weighed ? error.spread : NAN});
     plan_predict(plan);
 }
 

@@ -580,6 +580,7 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
         estimate_lengths(&pixels, &planes, &samples, groups.weights, error);
         const double of_b = estimate_b_variance(&pixels, error), of_samples = samples.error / error->relmse;
         estimate_reweigh(error, plan, weighed.ratio);
+        error->weighed = weighed.error > 0;
         estimate_interval(plan, &groups, &weighed, of_b, of_samples, part, error);
     }
     free(planes.values);

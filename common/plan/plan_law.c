@@ -25,6 +25,13 @@ static double law_sum(double floor, double p, double t)
     return error * error * t * t;
 }
 
+/* Points whose error is not known are left out where that of the last is: what they are off by, all in the same
+ * way, would be taken for a law. */
+static bool law_counts(const plan_history_t *history, uint32_t count, uint32_t i)
+{
+    return isfinite(history->points[i].spread) || !isfinite(history->points[count - 1].spread);
+}
+
 /* The best c for p and a floor that is the part `share` of the last error; minus the logarithm of how likely the
  * series is with it. relMSE is a mean of squares over t^2: what is added between two points is independent of what
  * was before, its relative variance in proportion to 1 / (time between them). */
@@ -36,7 +43,7 @@ static double law_try(const plan_law_t *law, const plan_history_t *history, uint
     double before = 0, sum = 0, wanted = 0, weights = 0, mean = 0, squares = 0;
     for (uint32_t i = 0; i < count; i++) {
         const double t = history->points[i].cpu_seconds - law->pilot;
-        if (!(t > before))
+        if (!(t > before) || !law_counts(history, count, i))
             continue;
         const double weight = (t - before) / end, all = history->points[i].outlook * t * t,
                      of_law = law_sum(floor, fit->p, t), ratio = (all - sum) / (of_law - wanted), d = ratio - mean;

@@ -71,6 +71,34 @@ static void a_floor_is_noticed(void **state)
     assert_true(plan_law_time(&law, 0.01).median == INFINITY);
 }
 
+/* Early points that are off by a half in their error, and do not know how far they are: the end is foretold from
+ * the others, as if they were not there. Were they counted it would be far off. */
+static void points_without_a_spread_do_not_count_beside_others(void **state)
+{
+    (void)state;
+    plan_law_t law, all;
+    plan_history_t history = history_exact(0, 0.7, 0.5, 100), clean = {.count = 0};
+    for (uint32_t i = 0; i < history.count; i++) {
+        plan_point_t *point = &history.points[i];
+        if (point->cpu_seconds < 43) {
+            point->relmse *= 2.25;
+            point->outlook = point->relmse;
+            continue;
+        }
+        plan_history_add(&clean, point);
+    }
+    assert_true(plan_law_fit(&all, &history, history.count, 3));
+    for (uint32_t i = 0; i < history.count; i++)
+        if (history.points[i].cpu_seconds < 43)
+            history.points[i].spread = NAN;
+    assert_true(plan_law_fit(&law, &history, history.count, 3));
+    const double with = plan_law_time(&all, 0.01).median, without = plan_law_time(&law, 0.01).median;
+    print_message("%g s by all points, %g s by those that know their error, %g s it is\n", with, without, 4903.0);
+    assert_true(fabs(without / 4903 - 1) < 0.05 && !(fabs(with / 4903 - 1) < 0.2));
+    assert_true(plan_law_fit(&all, &clean, clean.count, 3));
+    assert_true(plan_law_time(&all, 0.01).median == without);
+}
+
 static void too_few_points_are_no_law(void **state)
 {
     (void)state;
@@ -156,8 +184,11 @@ static void histories_stay_even(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exact_laws_are_found),      cmocka_unit_test(a_floor_is_noticed),
-        cmocka_unit_test(too_few_points_are_no_law), cmocka_unit_test(the_first_tenth_foretells_the_end),
+        cmocka_unit_test(exact_laws_are_found),
+        cmocka_unit_test(a_floor_is_noticed),
+        cmocka_unit_test(points_without_a_spread_do_not_count_beside_others),
+        cmocka_unit_test(too_few_points_are_no_law),
+        cmocka_unit_test(the_first_tenth_foretells_the_end),
         cmocka_unit_test(histories_stay_even),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
