@@ -16,7 +16,7 @@ typedef struct plan_point {
     double cpu_seconds; /* of all workers until then, pilot included */
     double mutations;
     double relmse, spread; /* the estimate and its relative standard error; NaN: not known, or relmse
-                              unreliable, or by weights that are not yet as they should be */
+                              unreliable */
     double outlook;        /* what it would be, were the points of samples as even as they are going to be */
 } plan_point_t;
 

@@ -25,11 +25,12 @@ static double law_sum(double floor, double p, double t)
     return error * error * t * t;
 }
 
-/* Points whose error is not known are left out where that of the last is: what they are off by, all in the same
- * way, would be taken for a law. */
+/* Points that are far less sure than the last, or do not know how sure they are, are left out beside it: what they
+ * are off by, all in the same way, would be taken for a law. */
 static bool law_counts(const plan_history_t *history, uint32_t count, uint32_t i)
 {
-    return isfinite(history->points[i].spread) || !isfinite(history->points[count - 1].spread);
+    const double last = history->points[count - 1].spread;
+    return !isfinite(last) || history->points[i].spread <= 2 * last;
 }
 
 /* The best c for p and a floor that is the part `share` of the last error; minus the logarithm of how likely the
