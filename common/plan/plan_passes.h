@@ -1,7 +1,7 @@
 /* plan_passes.h: passes of samples over the image, each made by several units of work where the image is large.
  *
- * A pass is one sample in every pixel: whole, it is an estimate of the image that is exchangeable with every other,
- * stratified, and what variances between units, groups and eras are of. A pass of a large image takes seconds, and
+ * A pass is one sample in every pixel: whole, it is an estimate of the image, stratified, like every other but for
+ * which points it has (plan_nets.h), and what variances between units, groups and eras are of. A pass of a large image takes seconds, and
  * a unit of work should not: it is a part of a pass. Parts are collected here, in any order, in exact sums, and a
  * pass is added to the image when it is whole, so that all pixels have the same number of samples, and the image
  * and its error have the same bits as if the pass were one unit. Not added part by part: a pixel that is a sample
