@@ -20,7 +20,7 @@
  * and i + 32 in all numbers at once, as if they were one.
  *
  * Only the numbers of the first NET_VERTICES scatterings of either walk are of nets, and those of lights seen from
- * there: what comes later gained nothing measurable, and numbers of nets cost more than others. */
+ * there: with five in place of two variance falls by 1 to 3 %, behind glass by 10, and time grows by 1 to 3 %. */
 #ifndef CHAIN_NET_H
 #define CHAIN_NET_H
 
