@@ -444,7 +444,8 @@ bool plan_render_record(plan_t *plan, plan_unit_t *unit)
     } else {
         const uint64_t usual = early ? length->early_chains : length->unit_chains,
                        own = plan->eras.count > 1 ? budget_chains(plan, count, plan_chain_length(plan)) : usual,
-                       chains = at_most(own, count);
+                       shorter = plan_shorten_chain(plan, k),
+                       chains = at_most(shorter > 0 ? budget_chains(plan, count, shorter) : own, count);
         if (!plan_chains_record(plan, WORK_CHAINS, k, length->chains, chains, count, length->steps, record))
             return false;
         length->chains += chains;

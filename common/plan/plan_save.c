@@ -4,8 +4,8 @@
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
  * totals; then per length its sums, candidates and film; squares, of pixels and of blocks; features; groups,
  * history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole, what second
- * sequences of samples brought; in the render what the eras are and the results that wait (plan_eras.h). Large
- * arrays are packed (u32 size, zstd).
+ * sequences of samples brought; in the render what the eras are and the results that wait (plan_eras.h), where
+ * chains were stuck (plan_shorten.h). Large arrays are packed (u32 size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -22,7 +22,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 18 };
+enum { PLAN_SAVE_VERSION = 19 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -166,8 +166,10 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     plan_survey_put(out, plan);
     plan_passes_put(out, plan);
     plan_nets_put(out, plan);
-    if (plan->phase == PLAN_RENDER)
+    if (plan->phase == PLAN_RENDER) {
         plan_eras_put(out, plan);
+        plan_shorten_put(out, plan);
+    }
 }
 
 fault_code_t plan_save(const plan_t *plan, uint8_t **data, size_t *size, fault_t *fault)
@@ -384,6 +386,7 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         if (states[i] != PLAN_UNIT_IN)
             continue;
         plan->in++;
+        plan_shorten_count(plan, i);
         if (plan_pending_has(&plan->eras.pending, i))
             continue;
         load_count(&counts, plan, &plan->units[i]);
@@ -451,6 +454,7 @@ static fault_code_t load_plan(plan_t *plan, wire_reader_t *in, fault_t *fault)
         plan_finish_trials(plan);
         plan_size_render(plan);
         TRY(plan_eras_get(in, plan, count));
+        TRY(plan_shorten_get(in, plan));
     }
     TRY(wire_reader_end(in));
     return load_units(plan, in, states, count, fault);

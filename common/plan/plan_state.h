@@ -9,6 +9,7 @@
 #include "plan/plan_length.h"
 #include "plan/plan_nets.h"
 #include "plan/plan_passes.h"
+#include "plan/plan_shorten.h"
 
 /* A bidirectional sample costs as much as about so many mutations, and counts as so many where there are both. */
 enum { PLAN_SAMPLE_MUTATIONS = 10 };
@@ -89,6 +90,7 @@ struct plan {
     plan_passes_t passes; /* of samples */
     plan_nets_t nets;     /* their points */
     plan_eras_t eras;
+    plan_shorten_t shorten;
     plan_history_t history; /* of the estimated error */
     double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
     float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */

@@ -35,30 +35,40 @@ fault_code_t plan_stuck_check(const plan_t *plan, wire_reader_t *in)
     return FAULT_NONE;
 }
 
-/* Light of the image that stuck states were splatted for, over all of it. */
-static double plan_stuck_weight(const plan_t *plan)
+/* Of the image's light what stuck states were splatted for, and the most that one chain has of lengths in which
+ * some were stuck. */
+typedef struct plan_stuck_shares {
+    double weight, bound;
+} plan_stuck_shares_t;
+
+static plan_stuck_shares_t plan_stuck_shares(const plan_t *plan)
 {
     plan_pixels_t pixels;
-    double stuck = 0, all = 0;
+    double stuck = 0, most = 0, all = 0;
     plan_pixels_init(&pixels, plan);
     for (uint32_t i = 0; i < pixels.count; i++) {
+        const uint32_t k = pixels.lengths[i];
         double light = 0;
         for (size_t p = 0; p < plan->pixels; p++) {
             const int64_t *sum = pixels.sums[i] + FILM_CHANNELS * p;
             light += rgb_luminance(rgb((double)sum[0], (double)sum[1], (double)sum[2]));
         }
         all += pixels.factor[i] * light;
-        stuck +=
-            pixels.factor[i] * FILM_ONE * ((double)plan->lengths[pixels.lengths[i]].stuck_light / STUCK_LIGHT_ONE);
+        stuck += pixels.factor[i] * FILM_ONE * ((double)plan->lengths[k].stuck_light / STUCK_LIGHT_ONE);
+        if (plan->lengths[k].stuck_light > 0)
+            most = fmax(most, pixels.factor[i] * light * plan_shorten_bound(plan, k));
     }
-    return all > 0 ? stuck / all : NAN;
+    return all > 0 ? (plan_stuck_shares_t){stuck / all, most / all} : (plan_stuck_shares_t){NAN, NAN};
 }
 
 json_t *plan_stuck_json(const plan_t *plan)
 {
     json_t *object = json_new_object(), *paths = json_new_array();
+    const plan_stuck_shares_t shares = plan_stuck_shares(plan);
     json_add_number(object, "chains", (double)plan->stuck.stays);
-    json_add_number(object, "weight", plan_stuck_weight(plan));
+    json_add_number(object, "weight", shares.weight);
+    json_add_number(object, "bound", shares.bound);
+    json_add(object, "shortened", plan_shorten_json(plan));
     for (uint32_t i = 0; i < plan->stuck.count; i++) {
         char text[STUCK_TEXT];
         stuck_print(&plan->stuck.paths[i], text);

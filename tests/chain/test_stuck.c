@@ -157,7 +157,7 @@ static void the_weight_is_of_the_image(void **state)
 {
     (void)state;
     const job_t job = plan_fixture_job("{'scene':'x','algorithm':'rjmlt','max_path_length':5,'seed':4,"
-                                       "'chains':{'equalize':1,'split':20},'stop':{'mutations_per_pixel':100}}");
+                                       "'chains':{'equalize':1,'split':5},'stop':{'mutations_per_pixel':100}}");
     const scene_t *scene = load_scene("stuck");
     plan_worker_t worker;
     plan_worker_make(&worker, &job, scene);

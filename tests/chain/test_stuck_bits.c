@@ -1,6 +1,7 @@
 /* Looking for stuck chains leaves the image as it is, to the bit: renders in which no stay is called stuck, those
- * that the rule finds, and every stay that is long enough to be asked about. The linker sends all calls of stuck_is
- * to the verdict here (--wrap). */
+ * that the rule finds, and every stay that is long enough to be asked about. Where the job says how long chains
+ * are: else they are made shorter (tests/plan/test_shorten.c). The linker sends all calls of stuck_is to the
+ * verdict here (--wrap). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -54,10 +55,11 @@ static void bits_do_not_depend_on_what_is_found(void **state)
         char text[256];
         image_t images[VERDICTS];
         double chains[VERDICTS];
-        snprintf(text, sizeof text,
-                 "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'chains':{'split_gain':1},"
-                 "'stop':{'mutations_per_pixel':100}}",
-                 algorithms[a]);
+        snprintf(
+            text, sizeof text,
+            "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'chains':{'split_gain':1,'length':16384},"
+            "'stop':{'mutations_per_pixel':100}}",
+            algorithms[a]);
         for (int v = 0; v < VERDICTS; v++) {
             verdict = (verdict_t)v;
             chains[v] = render(text, &images[v]);
