@@ -299,6 +299,7 @@ void plan_size_render(plan_t *plan)
     budget_total(plan);
     budget_units(plan);
     plan_passes_init(plan);
+    plan_shorten_init(plan);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++)
         if (plan->lengths[k].share > 0)
             plan->weight_max = fmax(plan->weight_max, plan_weight(plan, k));

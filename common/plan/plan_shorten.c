@@ -83,13 +83,34 @@ static uint32_t shorten_level(const plan_t *plan, uint32_t stage, uint32_t k)
     return levels[stage];
 }
 
+/* Weights are running sums by then. */
+void plan_shorten_init(plan_t *plan)
+{
+    for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
+        const double *weights = plan->lengths[k].weights;
+        double squares = 0;
+        plan->shorten.seeds[k] = 0;
+        if (!plan_has_seeds(plan, k) || !weights)
+            continue;
+        for (uint64_t i = 0; i < plan->candidates; i++) {
+            const double own = weights[i] - (i > 0 ? weights[i - 1] : 0);
+            squares += own * own;
+        }
+        const double sum = weights[plan->candidates - 1];
+        plan->shorten.seeds[k] = squares > 0 ? sum * sum / squares : 0;
+    }
+}
+
 uint64_t plan_shorten_chain(const plan_t *plan, uint32_t k)
 {
     const uint32_t level = shorten_may(plan) ? shorten_level(plan, stage_next(plan), k) : 0;
     if (level == 0)
         return 0;
-    const double base = (double)shorten_base(plan, k);
-    return (uint64_t)fmin(fmax(base * pow(SHORTEN_TIMES, -(double)level), SHORTEN_LEAST), base);
+    const plan_length_t *length = &plan->lengths[k];
+    const double base = (double)shorten_base(plan, k), seeds = plan->shorten.seeds[k] - (double)length->chains,
+                 wanted = fmax(base * pow(SHORTEN_TIMES, -(double)level), SHORTEN_LEAST),
+                 least = seeds > 0 ? (double)length->unit_mutations / seeds : base;
+    return (uint64_t)fmin(fmax(wanted, ceil(least)), base);
 }
 
 void plan_shorten_absorb(plan_t *plan, const plan_unit_t *unit, const work_result_t *result, double weight)
