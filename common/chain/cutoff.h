@@ -7,8 +7,8 @@
  * as old as Russian roulette, Arvo and Kirk 1990; here the law is of lengths, the same for all samples, and drawn
  * in a stratified way, which a roulette on throughputs cannot be.) How the plan chooses: plan/plan_rates.h.
  *
- * The numbers of a sample's walks are the same whatever L is. The number that L is drawn with is one of the sample's
- * point (net.h): any few of them in a row are spread evenly over the law. */
+ * The numbers of a sample's walks are the same whatever L is. The number that L is drawn with is one of the
+ * sample's point (net.h): any few of them in a row are spread evenly over the law. */
 #ifndef CHAIN_CUTOFF_H
 #define CHAIN_CUTOFF_H
 

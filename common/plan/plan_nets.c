@@ -71,8 +71,8 @@ fault_code_t plan_nets_absorb(plan_t *plan, const plan_unit_t *unit, const film_
 
 /* A block of the image (plan_groups.h). */
 typedef struct nets_block {
-    double pixels, light;        /* their number; the image's light */
-    double difference, expected; /* squares of A - B, and what independent passes would have */
+    double pixels, light;       /* their number; the image's light */
+    double variance, by_passes; /* of the image's samples, summed: by A - B; were passes independent */
 } nets_block_t;
 
 /* By weight (plan_eras.h): samples, and the same with weights squared; of both sequences and of the second. */
@@ -94,79 +94,12 @@ static nets_counts_t nets_counts(const plan_t *plan)
     return counts;
 }
 
-/* What the two sequences differ by. The samples are the first of pixels->lengths. */
-static void nets_differ(const plan_pixels_t *pixels, const nets_counts_t *counts, nets_block_t *blocks)
-{
-    const plan_t *plan = pixels->plan;
-    const double unit = pixels->factor[0] * counts->all, first = unit / (counts->all - counts->second),
-                 both = first + unit / counts->second;
-    for (size_t p = 0; p < plan->pixels; p++) {
-        nets_block_t *block = &blocks[plan_block(plan, p)];
-        block->pixels++;
-        for (size_t i = FILM_CHANNELS * p; i < FILM_CHANNELS * (p + 1); i++) {
-            const double d = (double)pixels->sums[0][i] * first - (double)plan->nets.second.sums[i] * both;
-            block->difference += d * d;
-        }
-    }
-}
-
 /* The variance of A - B over that of the image, were all passes independent. */
 static double nets_independent(const nets_counts_t *counts)
 {
     const double one = counts->all - counts->second, one_squared = counts->all_squared - counts->second_squared;
     return counts->all * counts->all / counts->all_squared *
            (one_squared / (one * one) + counts->second_squared / (counts->second * counts->second));
-}
-
-/* What they would differ by, from what passes do; and the light of all lengths. */
-static void nets_expect(const plan_pixels_t *pixels, const nets_counts_t *counts, nets_block_t *blocks)
-{
-    const plan_t *plan = pixels->plan;
-    const double independent = nets_independent(counts);
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
-        const double squares = plan_groups_squares(&plan->groups, 0, b) * pixels->squares_factor -
-                               pixels->squared[0][b] * pixels->square[0];
-        blocks[b].expected = fmax(0, squares) * pixels->excess[0] * independent;
-        for (uint32_t i = 0; i < pixels->count; i++)
-            blocks[b].light += plan_groups_light(&plan->groups, pixels->lengths[i], b) * pixels->factor[i];
-    }
-}
-
-/* The ratio over the image, in relMSE's measure. */
-static double nets_ratio(const plan_t *plan, const nets_block_t *blocks)
-{
-    double difference = 0, expected = 0, level = 0;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++)
-        level += blocks[b].light / (double)plan->pixels;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
-        const double mean = blocks[b].pixels > 0 ? blocks[b].light / blocks[b].pixels : 0,
-                     weight = 1 / (mean * mean + 0.01 * level * level);
-        difference += weight * blocks[b].difference;
-        expected += weight * blocks[b].expected;
-    }
-    return difference / expected;
-}
-
-void plan_nets_measure(plan_t *plan)
-{
-    plan_nets_t *nets = &plan->nets;
-    const nets_counts_t counts = nets_counts(plan);
-    nets_even(nets, 1);
-    if (plan->phase != PLAN_RENDER || !(counts.second > 0) || !(counts.second < counts.all) || !nets->second.sums)
-        return;
-    nets_block_t blocks[PLAN_GROUP_BLOCKS] = {{0, 0, 0, 0}};
-    plan_pixels_t pixels;
-    plan_pixels_init(&pixels, plan);
-    nets_differ(&pixels, &counts, blocks);
-    nets_expect(&pixels, &counts, blocks);
-    const double ratio = nets_ratio(plan, blocks);
-    if (!(ratio > 0) || !isfinite(ratio))
-        return;
-    nets->all = ratio;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
-        const double own = blocks[b].expected > 0 ? blocks[b].difference / blocks[b].expected : ratio;
-        nets->blocks[b] = (blocks[b].pixels * own + NETS_PRIOR * ratio) / (blocks[b].pixels + NETS_PRIOR);
-    }
 }
 
 bool plan_nets_pair(const plan_t *plan, double unit, plan_nets_pair_t *pair)
@@ -181,6 +114,73 @@ bool plan_nets_pair(const plan_t *plan, double unit, plan_nets_pair_t *pair)
         .scale = 1 / nets_independent(&counts),
     };
     return true;
+}
+
+/* The image's variance, by what the two sequences differ by. The samples are the first of pixels->lengths. */
+static void nets_differ(const plan_pixels_t *pixels, const plan_nets_pair_t *pair, nets_block_t *blocks)
+{
+    const plan_t *plan = pixels->plan;
+    for (size_t p = 0; p < plan->pixels; p++) {
+        nets_block_t *block = &blocks[plan_block(plan, p)];
+        block->pixels++;
+        for (size_t i = FILM_CHANNELS * p; i < FILM_CHANNELS * (p + 1); i++) {
+            const double d =
+                (double)pixels->sums[0][i] * pair->first - (double)plan->nets.second.sums[i] * pair->both;
+            block->variance += d * d * pair->scale;
+        }
+    }
+}
+
+/* The same by what passes differ by; and the light of all lengths. */
+static void nets_expect(const plan_pixels_t *pixels, nets_block_t *blocks)
+{
+    const plan_t *plan = pixels->plan;
+    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
+        const double squares = plan_groups_squares(&plan->groups, 0, b) * pixels->squares_factor -
+                               pixels->squared[0][b] * pixels->square[0];
+        blocks[b].by_passes = fmax(0, squares) * pixels->excess[0];
+        for (uint32_t i = 0; i < pixels->count; i++)
+            blocks[b].light += plan_groups_light(&plan->groups, pixels->lengths[i], b) * pixels->factor[i];
+    }
+}
+
+/* The ratio over the image, in relMSE's measure. */
+static double nets_ratio(const plan_t *plan, const nets_block_t *blocks)
+{
+    double variance = 0, by_passes = 0, level = 0;
+    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++)
+        level += blocks[b].light / (double)plan->pixels;
+    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
+        const double mean = blocks[b].pixels > 0 ? blocks[b].light / blocks[b].pixels : 0,
+                     weight = 1 / (mean * mean + 0.01 * level * level);
+        variance += weight * blocks[b].variance;
+        by_passes += weight * blocks[b].by_passes;
+    }
+    return variance / by_passes;
+}
+
+void plan_nets_measure(plan_t *plan)
+{
+    plan_nets_t *nets = &plan->nets;
+    nets_even(nets, 1);
+    if (plan->phase != PLAN_RENDER)
+        return;
+    nets_block_t blocks[PLAN_GROUP_BLOCKS] = {{0, 0, 0, 0}};
+    plan_pixels_t pixels;
+    plan_nets_pair_t pair;
+    plan_pixels_init(&pixels, plan);
+    if (pixels.count == 0 || !plan_nets_pair(plan, pixels.factor[0], &pair))
+        return;
+    nets_differ(&pixels, &pair, blocks);
+    nets_expect(&pixels, blocks);
+    const double ratio = nets_ratio(plan, blocks);
+    if (!(ratio > 0) || !isfinite(ratio))
+        return;
+    nets->all = ratio;
+    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
+        const double own = blocks[b].by_passes > 0 ? blocks[b].variance / blocks[b].by_passes : ratio;
+        nets->blocks[b] = (blocks[b].pixels * own + NETS_PRIOR * ratio) / (blocks[b].pixels + NETS_PRIOR);
+    }
 }
 
 double plan_nets_factor(const plan_t *plan, uint32_t k)

@@ -50,8 +50,6 @@ void plan_nets_place(struct plan *plan, work_record_t *record);
 void plan_nets_count(struct plan *plan, const struct plan_unit *unit, uint64_t samples);
 fault_code_t plan_nets_absorb(struct plan *plan, const struct plan_unit *unit, const film_t *film, fault_t *fault);
 
-/* Sets the factors by the sums as they are. */
-void plan_nets_measure(struct plan *plan);
 /* Where both sequences have passes: one number of the image of samples, of pixel and channel i, is with its error
  * (first film[i] - both second[i])^2 scale: an unbiased estimate of its variance, of one degree of freedom. */
 typedef struct plan_nets_pair {
@@ -59,6 +57,8 @@ typedef struct plan_nets_pair {
 } plan_nets_pair_t;
 /* False where there is but one. unit: what the film of samples is multiplied by for the image. */
 bool plan_nets_pair(const struct plan *plan, double unit, plan_nets_pair_t *pair);
+/* Sets the factors by the sums as they are. */
+void plan_nets_measure(struct plan *plan);
 /* Of lengths[k]: the image's factor if it is of samples, else 1. */
 double plan_nets_factor(const struct plan *plan, uint32_t k);
 /* What the image's factor is going to be after ten times as many samples, over what it is: the points of a sequence

@@ -1,12 +1,12 @@
 /* plan_passes.h: passes of samples over the image, each made by several units of work where the image is large.
  *
  * A pass is one sample in every pixel: whole, it is an estimate of the image, stratified, like every other but for
- * which points it has (plan_nets.h), and what variances between units, groups and eras are of. A pass of a large image takes seconds, and
- * a unit of work should not: it is a part of a pass. Parts are collected here, in any order, in exact sums, and a
- * pass is added to the image when it is whole, so that all pixels have the same number of samples, and the image
- * and its error have the same bits as if the pass were one unit. Not added part by part: a pixel that is a sample
- * ahead of others would be too bright by that, as the image is over the number of all samples, and a number by
- * pixel would not do for what splats bring from elsewhere.
+ * which points it has (plan_nets.h), and what variances between units, groups and eras are of. A pass of a large
+ * image takes seconds, and a unit of work should not: it is a part of a pass. Parts are collected here, in any
+ * order, in exact sums, and a pass is added to the image when it is whole, so that all pixels have the same number
+ * of samples, and the image and its error have the same bits as if the pass were one unit. Not added part by part:
+ * a pixel that is a sample ahead of others would be too bright by that, as the image is over the number of all
+ * samples, and a number by pixel would not do for what splats bring from elsewhere.
  *
  * The first pass is different: a rule of seconds may end a render before it is whole. Where there is such a rule
  * its parts are not rows but lattices, every P-th pixel, evenly spread, in an order that begins at random (the
