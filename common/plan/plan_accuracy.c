@@ -109,7 +109,7 @@ static json_t *accuracy_first_tenth(const plan_t *plan)
     json_add_number(object, "low", time.low * pace);
     json_add_number(object, "high", time.high * pace);
     json_add_number(object, "actual_seconds", end * pace);
-    json_add(object, "reliable", json_new_bool(isfinite(history->points[count - 1].spread)));
+    json_add_bool(object, "reliable", isfinite(history->points[count - 1].spread));
     return object;
 }
 

@@ -389,9 +389,8 @@ static estimate_samples_t estimate_samples(const plan_pixels_t *pixels, const es
         double part = 0;
         for (size_t c = 0; c < FILM_CHANNELS; c++) {
             const size_t i = FILM_CHANNELS * p + c;
-            const double d =
-                (double)pixels->sums[0][i] * pair.first - (double)plan->nets.second.sums[i] * pair.both;
-            part += d * d * pair.scale * estimate_weight(plan, planes, p, c);
+            part += plan_nets_variance(&pair, pixels->sums[0][i], plan->nets.second.sums[i]) *
+                    estimate_weight(plan, planes, p, c);
         }
         samples.relmse += part;
         samples.error += 2.0 / 3 * part * part;
@@ -428,14 +427,15 @@ static double estimate_single(const plan_pixels_t *pixels, const estimate_planes
     return sum;
 }
 
-/* What each length brings to relMSE, and relMSE. Squares are kept by block for each length, and a block's mean
- * weight says little where a lamp is beside a shadow: so the films' part is that of the spots, pixels with weights
- * of their own; but for samples that both sequences tell of. */
+/* What each length brings to relMSE, and relMSE, which is `relmse` by all variances together. Squares are kept by
+ * block for each length, and a block's mean weight says little where a lamp is beside a shadow: so the films' part
+ * is that of the spots, pixels with weights of their own; but for samples that both sequences tell of. */
 static void estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes,
-                             const estimate_samples_t *samples, const double spots[PLAN_SPOTS], plan_error_t *error)
+                             const estimate_samples_t *samples, const double spots[PLAN_SPOTS], double relmse,
+                             plan_error_t *error)
 {
     const plan_t *plan = pixels->plan;
-    const double relmse = estimate_relmse(plan, planes), of_single = estimate_single(pixels, planes);
+    const double of_single = estimate_single(pixels, planes);
     double all = 0;
     estimate_of_b(pixels, planes, error);
     for (uint32_t i = 0; i < pixels->count; i++) {
@@ -528,13 +528,13 @@ static void estimate_groups(const plan_pixels_t *pixels, const estimate_planes_t
  * three times sum e^2 / sum e, which is relMSE over the `part` of the image that bears it. And over scenes and
  * algorithms the filter is off by a tenth (docs/accuracy.md; the root of the mean square). Where the groups say
  * nothing there is room for twice relMSE. */
-static plan_jackknife_t estimate_weigh(const plan_t *plan, const estimate_planes_t *planes,
-                                       const estimate_groups_t *groups, double part)
+static plan_jackknife_t estimate_weigh(const plan_t *plan, const estimate_groups_t *groups, double floor,
+                                       double relmse, double part)
 {
-    const double relmse = estimate_relmse(plan, planes), off = 0.1, prior = fmin(3 * relmse / part, off);
+    const double off = 0.1, prior = fmin(3 * relmse / part, off);
     plan_jackknife_t weighed;
-    if (!plan_jackknife_measure(&weighed, &plan->groups, groups->factor, groups->errors, planes->floor,
-                                groups->weights, prior))
+    if (!plan_jackknife_measure(&weighed, &plan->groups, groups->factor, groups->errors, floor, groups->weights,
+                                prior))
         weighed.room = 2 * relmse;
     return weighed;
 }
@@ -573,11 +573,11 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     estimate_planes_t planes = {0};
     if (estimate_planes(plan, &pixels, &planes)) {
         estimate_groups_t groups;
-        const double part = estimate_part(plan, &planes);
+        const double relmse = estimate_relmse(plan, &planes), part = estimate_part(plan, &planes);
         estimate_groups(&pixels, &planes, &groups);
-        const plan_jackknife_t weighed = estimate_weigh(plan, &planes, &groups, part);
+        const plan_jackknife_t weighed = estimate_weigh(plan, &groups, planes.floor, relmse, part);
         const estimate_samples_t samples = estimate_samples(&pixels, &planes);
-        estimate_lengths(&pixels, &planes, &samples, groups.weights, error);
+        estimate_lengths(&pixels, &planes, &samples, groups.weights, relmse, error);
         const double of_b = estimate_b_variance(&pixels, error), of_samples = samples.error / error->relmse;
         estimate_reweigh(error, plan, weighed.ratio);
         error->weighed = weighed.error > 0;

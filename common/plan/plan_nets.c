@@ -123,11 +123,8 @@ static void nets_differ(const plan_pixels_t *pixels, const plan_nets_pair_t *pai
     for (size_t p = 0; p < plan->pixels; p++) {
         nets_block_t *block = &blocks[plan_block(plan, p)];
         block->pixels++;
-        for (size_t i = FILM_CHANNELS * p; i < FILM_CHANNELS * (p + 1); i++) {
-            const double d =
-                (double)pixels->sums[0][i] * pair->first - (double)plan->nets.second.sums[i] * pair->both;
-            block->variance += d * d * pair->scale;
-        }
+        for (size_t i = FILM_CHANNELS * p; i < FILM_CHANNELS * (p + 1); i++)
+            block->variance += plan_nets_variance(pair, pixels->sums[0][i], plan->nets.second.sums[i]);
     }
 }
 

@@ -55,6 +55,11 @@ fault_code_t plan_nets_absorb(struct plan *plan, const struct plan_unit *unit, c
 typedef struct plan_nets_pair {
     double first, both, scale;
 } plan_nets_pair_t;
+static inline double plan_nets_variance(const plan_nets_pair_t *pair, int64_t film, int64_t second)
+{
+    const double d = (double)film * pair->first - (double)second * pair->both;
+    return d * d * pair->scale;
+}
 /* False where there is but one. unit: what the film of samples is multiplied by for the image. */
 bool plan_nets_pair(const struct plan *plan, double unit, plan_nets_pair_t *pair);
 /* Sets the factors by the sums as they are. */

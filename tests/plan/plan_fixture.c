@@ -56,6 +56,20 @@ plan_t *plan_fixture_new(const job_t *job, const scene_t *scene)
     return plan;
 }
 
+void plan_render_open(plan_render_t *render, const job_t *job)
+{
+    small_scene_diffuse(&render->small);
+    plan_worker_make(&render->worker, job, &render->small.scene);
+    render->plan = plan_fixture_new(job, &render->small.scene);
+}
+
+void plan_render_close(plan_render_t *render)
+{
+    plan_destroy(&render->plan);
+    plan_worker_clear(&render->worker);
+    small_scene_clear(&render->small);
+}
+
 bool plan_fixture_step(plan_t *plan, plan_worker_t *worker)
 {
     const work_record_t *record;

@@ -22,6 +22,16 @@ void plan_worker_clear(plan_worker_t *worker);
 uint8_t *plan_worker_run(plan_worker_t *worker, const work_record_t *record, size_t *size);
 
 plan_t *plan_fixture_new(const job_t *job, const scene_t *scene);
+/* A plan for a job in the small diffuse box, with its scene and a worker. */
+typedef struct plan_render {
+    small_scene_t small;
+    plan_worker_t worker;
+    plan_t *plan;
+} plan_render_t;
+
+void plan_render_open(plan_render_t *render, const job_t *job);
+void plan_render_close(plan_render_t *render);
+
 /* Hands out, runs and absorbs one unit; false if there is none. */
 bool plan_fixture_step(plan_t *plan, plan_worker_t *worker);
 /* Steps in order until the plan has finished; `seconds` of pretended time pass with each unit. */

@@ -69,8 +69,8 @@ static void absorb_noise(plan_t *plan, plan_worker_t *worker, noise_t noise)
     free(data);
 }
 
-/* A render of so many passes; the plan is the caller's. */
-static plan_t *render(noise_t noise, int passes)
+/* Of so many passes; the caller closes it. */
+static void render(plan_render_t *render, noise_t noise, int passes)
 {
     char text[200];
     snprintf(text, sizeof text,
@@ -78,16 +78,9 @@ static plan_t *render(noise_t noise, int passes)
              "'stop':{'mutations_per_pixel':%d}}",
              WIDTH, HEIGHT, passes);
     const job_t job = plan_fixture_job(text);
-    small_scene_t small;
-    plan_worker_t worker;
-    small_scene_diffuse(&small);
-    plan_worker_make(&worker, &job, &small.scene);
-    plan_t *plan = plan_fixture_new(&job, &small.scene);
-    while (!plan_check_stop(plan, 1))
-        absorb_noise(plan, &worker, noise);
-    plan_worker_clear(&worker);
-    small_scene_clear(&small);
-    return plan;
+    plan_render_open(render, &job);
+    while (!plan_check_stop(render->plan, 1))
+        absorb_noise(render->plan, &render->worker, noise);
 }
 
 static double mean_of_blocks(const plan_t *plan, uint32_t from)
@@ -106,39 +99,41 @@ static double error_of(int passes, double factor)
     return 0.04 * factor / passes / 1.01;
 }
 
+/* `factor`: what is left of independent passes' variance; `unit`: of units', which may be of several points. */
+static void check_factor(noise_t noise, int passes, double factor, double unit, double tolerance)
+{
+    plan_render_t course;
+    plan_error_t error;
+    render(&course, noise, passes);
+    assert_near(course.plan->nets.all * unit, factor, tolerance);
+    plan_estimate_error(course.plan, &error);
+    assert_near(error.relmse, error_of(passes, factor), 0.1 * error_of(passes, factor));
+    plan_render_close(&course);
+}
+
 static void factors_are_those_of_the_noise(void **state)
 {
     (void)state;
-    static const int passes[] = {2, 16, 160}; /* the last in units of three */
-    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) {
-        const double m = passes[i] / 2, sigma = sqrt(2.0 / NUMBERS), half = 0.5 + 0.5 / m;
-        plan_t *plan = render(independent, passes[i]);
-        plan_error_t error;
-        assert_near(plan->nets.all, 1, i == 0 ? 1e-3 : 6 * sigma);
-        plan_estimate_error(plan, &error);
-        assert_near(error.relmse, error_of(passes[i], 1), 0.1 * error_of(passes[i], 1));
-        plan_destroy(&plan);
-        if (i == 0)
-            continue;
-        plan = render(half_even, passes[i]);
-        const double unit = passes[i] == 160 ? 2.0 / 3 : 1; /* what three points leave: units differ by less */
-        assert_near(plan->nets.all * unit, half, 0.1 * half);
-        plan_estimate_error(plan, &error);
-        assert_near(error.relmse, error_of(passes[i], half), 0.1 * error_of(passes[i], half));
-        plan_destroy(&plan);
-    }
+    const double sigma = sqrt(2.0 / NUMBERS), eight = 0.5 + 0.5 / 8, eighty = 0.5 + 0.5 / 80;
+    check_factor(independent, 2, 1, 1, 1e-3);
+    check_factor(independent, 16, 1, 1, 6 * sigma);
+    check_factor(independent, 160, 1, 1, 6 * sigma);
+    check_factor(half_even, 16, eight, 1, 0.1 * eight);
+    check_factor(half_even, 160, eighty, 2.0 / 3, 0.1 * eighty); /* units of three, which differ by less */
 }
 
 /* A block is of 24 pixels here, and has as if 64 more of the image. */
 static void blocks_have_their_own(void **state)
 {
     (void)state;
-    plan_t *plan = render(half_even_on_the_right, 16);
+    plan_render_t course;
+    render(&course, half_even_on_the_right, 16);
+    const plan_t *plan = course.plan;
     const double half = 0.5 + 0.5 / 8, all = (1 + half) / 2, own = 24.0 / (24 + 64), sigma = sqrt(2.0 / NUMBERS);
     assert_near(plan->nets.all, all, 6 * sigma);
     assert_near(mean_of_blocks(plan, 0), own + (1 - own) * all, 6 * sigma);
     assert_near(mean_of_blocks(plan, PLAN_GROUP_SIDE / 2), own * half + (1 - own) * all, 6 * sigma);
-    plan_destroy(&plan);
+    plan_render_close(&course);
 }
 
 /* Points of each sequence are given out one after the other, to either in turn, an era's from the first on. */
@@ -149,13 +144,11 @@ static void points_are_handed_out_in_order(void **state)
         plan_fixture_job("{'scene':'x','algorithm':'auto','max_path_length':4,'chains':{'split_gain':1,"
                          "'length':256},'film':{'width':48,'height':32},"
                          "'stop':{'mutations_per_pixel':400}}");
-    small_scene_t small;
-    plan_worker_t worker;
+    plan_render_t course;
     uint64_t next[WORK_SEQUENCES] = {0};
     uint32_t sequences = 0;
-    small_scene_diffuse(&small);
-    plan_worker_make(&worker, &job, &small.scene);
-    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    plan_render_open(&course, &job);
+    plan_t *plan = course.plan;
     while (!plan_check_stop(plan, 1)) {
         const work_record_t *record;
         uint64_t unit;
@@ -172,14 +165,12 @@ static void points_are_handed_out_in_order(void **state)
             sequences += next[record->sequence] == 0;
             next[record->sequence] += passes;
         }
-        uint8_t *data = plan_worker_run(&worker, record, &size);
+        uint8_t *data = plan_worker_run(&course.worker, record, &size);
         assert_int_equal(plan_absorb(plan, unit, data, size, &how, &fault), FAULT_NONE);
         free(data);
     }
     assert_true(sequences >= 6);
-    plan_destroy(&plan);
-    plan_worker_clear(&worker);
-    small_scene_clear(&small);
+    plan_render_close(&course);
 }
 
 int main(void)

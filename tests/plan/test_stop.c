@@ -29,16 +29,12 @@ static json_t *render(const char *algorithm, const char *chains, const char *sto
     snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'chains':{%s},'stop':{%s}}",
              algorithm, chains, stop);
     const job_t job = plan_fixture_job(text);
-    small_scene_t small;
-    plan_worker_t worker;
-    small_scene_diffuse(&small);
-    plan_worker_make(&worker, &job, &small.scene);
-    plan_t *plan = plan_fixture_new(&job, &small.scene);
-    plan_fixture_run(plan, &worker, unit_seconds);
+    plan_render_t course;
+    plan_render_open(&course, &job);
+    plan_t *plan = course.plan;
+    plan_fixture_run(plan, &course.worker, unit_seconds);
     json_t *report = plan_report(plan);
-    plan_destroy(&plan);
-    plan_worker_clear(&worker);
-    small_scene_clear(&small);
+    plan_render_close(&course);
     return report;
 }
 
@@ -134,13 +130,11 @@ static void check_first_tenth(const char *algorithm, double off)
     snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'stop':{'seconds':1}}",
              algorithm);
     const job_t job = plan_fixture_job(text);
-    small_scene_t small;
-    plan_worker_t worker;
-    small_scene_diffuse(&small);
-    plan_worker_make(&worker, &job, &small.scene);
-    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    plan_render_t course;
+    plan_render_open(&course, &job);
+    plan_t *plan = course.plan;
     for (int unit = 0; !plan_check_stop(plan, unit / 230.0); unit++)
-        step(plan, &worker);
+        step(plan, &course.worker);
     json_t *report = plan_report(plan);
     assert_string_equal(json_string(json_get(report, "stopped_by")), "seconds");
     const json_t *tenth = json_get(json_get(report, "prediction"), "first_tenth");
@@ -156,9 +150,7 @@ static void check_first_tenth(const char *algorithm, double off)
     assert_true(number(tenth, "low") < predicted && predicted < number(tenth, "high"));
     assert_near(predicted, actual, off * actual);
     json_destroy(&report);
-    plan_destroy(&plan);
-    plan_worker_clear(&worker);
-    small_scene_clear(&small);
+    plan_render_close(&course);
 }
 
 /* The history begins with the first unit that makes an estimate possible, and goes on with points that are a
@@ -169,16 +161,14 @@ static void check_notes(const char *algorithm, const char *stop, double apart)
     snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':5,'stop':{'seconds':5%s}}",
              algorithm, stop);
     const job_t job = plan_fixture_job(text);
-    small_scene_t small;
-    plan_worker_t worker;
-    small_scene_diffuse(&small);
-    plan_worker_make(&worker, &job, &small.scene);
-    plan_t *plan = plan_fixture_new(&job, &small.scene);
+    plan_render_t course;
+    plan_render_open(&course, &job);
+    plan_t *plan = course.plan;
     const bool samples = !plan_is_chains(plan); /* of which a single pass has a stand-in for an error */
     uint32_t points = 0;
     uint64_t first = 0, last = 0;
     for (int unit = 0; unit < 200; unit++) {
-        step(plan, &worker);
+        step(plan, &course.worker);
         assert_false(plan_check_stop(plan, 0));
         const uint64_t rendered = plan->phase == PLAN_RENDER ? plan->in - plan->pilot_units - plan->trial_units : 0;
         plan_error_t error;
@@ -197,9 +187,7 @@ static void check_notes(const char *algorithm, const char *stop, double apart)
     }
     print_message("%s: %u notes, the first after %llu units\n", algorithm, points, (unsigned long long)first);
     assert_true(first > 0 && points > 8 && points < 60);
-    plan_destroy(&plan);
-    plan_worker_clear(&worker);
-    small_scene_clear(&small);
+    plan_render_close(&course);
 }
 
 static void errors_are_noted_from_the_first_estimate_on(void **state)
