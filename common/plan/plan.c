@@ -144,8 +144,7 @@ bool plan_generate(plan_t *plan)
         if (!plan_trial_record(plan, plan->trial_next, &unit->record))
             return false;
         plan->trial_next++;
-    } else if (plan->phase != PLAN_RENDER || !plan_eras_ready(plan) || !plan_shorten_ready(plan) ||
-               !plan_render_record(plan, unit)) {
+    } else if (plan->phase != PLAN_RENDER || !plan_eras_ready(plan) || !plan_render_record(plan, unit)) {
         return false;
     } else {
         plan_eras_made(plan, unit);
@@ -284,7 +283,7 @@ static fault_code_t absorb_chains(plan_t *plan, const plan_unit_t *unit, work_re
     if (result->stats.longest_stay > length->longest_stay)
         length->longest_stay = result->stats.longest_stay;
     plan_stuck_absorb(plan, record, result, weight);
-    plan_shorten_absorb(plan, unit, result, weight);
+    plan_shorten_absorb(plan, record, weight);
     plan_eras_add(plan, unit, record->length, record->mutations);
     length->merged += record->mutations;
     length->counted += counted;
@@ -482,7 +481,6 @@ static fault_code_t plan_merge(plan_t *plan, uint64_t unit, work_result_t *resul
     }
     absorb_totals(plan, &result->stats);
     plan_eras_took(plan, entry);
-    plan_shorten_count(plan, unit);
     work_record_clear(record);
     return FAULT_NONE;
 }

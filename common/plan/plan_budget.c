@@ -253,7 +253,6 @@ static void budget_units(plan_t *plan)
     const double seconds = plan->job.stop.seconds;
     if (seconds > 0 && seconds < 1e6) /* a short render is cut finer: for its error, and to end in time */
         usual = at_most(usual, at_least((uint64_t)(seconds * PLAN_USUAL_RATE / UNITS_TIMED), UNIT_LEAST));
-    const uint64_t chain = plan_chain_length(plan);
     if (plan_is_whole(plan)) /* as long in time */
         usual = at_least(usual / PLAN_SAMPLE_MUTATIONS, UNIT_LEAST);
     for (uint32_t k = plan_first(plan); k <= plan_last(plan); k++) {
@@ -270,8 +269,6 @@ static void budget_units(plan_t *plan)
         length->unit_mutations = mutations;
         length->early_mutations =
             at_most(mutations, at_least(mutations / EARLY_PARTS, at_least(plan->pixels / EARLY_PARTS, UNIT_LEAST)));
-        length->unit_chains = budget_chains(plan, mutations, chain);
-        length->early_chains = budget_chains(plan, length->early_mutations, chain);
     }
 }
 
@@ -443,10 +440,7 @@ bool plan_render_record(plan_t *plan, plan_unit_t *unit)
             return false;
         }
     } else {
-        const uint64_t usual = early ? length->early_chains : length->unit_chains,
-                       own = plan->eras.count > 1 ? budget_chains(plan, count, plan_chain_length(plan)) : usual,
-                       shorter = plan_shorten_chain(plan, k),
-                       chains = at_most(shorter > 0 ? budget_chains(plan, count, shorter) : own, count);
+        const uint64_t chains = at_most(budget_chains(plan, count, plan_shorten_chain(plan, k)), count);
         if (!plan_chains_record(plan, WORK_CHAINS, k, length->chains, chains, count, length->steps, record))
             return false;
         length->chains += chains;

@@ -35,8 +35,8 @@ typedef struct plan_length {
     double techniques[PATH_MAX_VERTICES];   /* their shares of b by the pilot, for algorithms that want them */
     /* rendering */
     uint64_t budget; /* mutations in all when the rule is mutations_per_pixel; else UINT64_MAX */
-    uint64_t unit_mutations, unit_chains;
-    uint64_t early_mutations, early_chains; /* of each of the first PLAN_EARLY units: smaller ones */
+    uint64_t unit_mutations;
+    uint64_t early_mutations; /* of each of the first PLAN_EARLY units: smaller ones */
     uint64_t units_out, units_in;
     uint64_t handed, merged; /* mutations */
     uint64_t counted;        /* merged by weight (plan_eras.h), rounded for each unit */

@@ -4,8 +4,8 @@
  * Layout: u32 version; u64 units handed out, pilot units among them; u8 phase (pilot, trials, render); u8 per unit;
  * totals; then per length its sums, candidates and film; squares, of pixels and of blocks; features; groups,
  * history, stuck chains, trials, what is left out, the survey of techniques, passes that are not whole, what second
- * sequences of samples brought; in the render what the eras are and the results that wait (plan_eras.h), where
- * chains were stuck (plan_shorten.h). Large arrays are packed (u32 size, zstd).
+ * sequences of samples brought; in the render what the eras are and the results that wait (plan_eras.h), the
+ * longest chains (plan_shorten.h). Large arrays are packed (u32 size, zstd).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -386,7 +386,6 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
         if (states[i] != PLAN_UNIT_IN)
             continue;
         plan->in++;
-        plan_shorten_count(plan, i);
         if (plan_pending_has(&plan->eras.pending, i))
             continue;
         load_count(&counts, plan, &plan->units[i]);

@@ -52,12 +52,14 @@ static void the_criterion_is_the_rule_of_succession(void **state)
     assert_true(stuck_is(133, 100000, 1000000));  /* 0.9^133 = 8.2e-7 */
 }
 
-/* The report after a render, which is the same after a checkpoint. */
+/* The report after a render, which is the same after a checkpoint. Of long chains: short ones are seldom stuck for
+ * long enough to be told of (tests/plan/test_shorten.c). */
 static json_t *report_of(const char *scene_name, const char *algorithm, double mutations_per_pixel)
 {
     char text[256];
     snprintf(text, sizeof text,
-             "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'stop':{'mutations_per_pixel':%g}}",
+             "{'scene':'x','algorithm':'%s','max_path_length':5,'seed':4,'chains':{'length':16384},"
+             "'stop':{'mutations_per_pixel':%g}}",
              algorithm, mutations_per_pixel);
     const job_t job = plan_fixture_job(text);
     const scene_t *scene = load_scene(scene_name);

@@ -1,6 +1,6 @@
 /* Looking for stuck chains leaves the image as it is, to the bit: renders in which no stay is called stuck, those
  * that the rule finds, and every stay that is long enough to be asked about. Where the job says how long chains
- * are: else they are made shorter (tests/plan/test_shorten.c). The linker sends all calls of stuck_is to the
+ * are: else they are shorter (tests/plan/test_shorten.c). The linker sends all calls of stuck_is to the
  * verdict here (--wrap). */
 #include <setjmp.h>
 #include <stdarg.h>
