@@ -200,7 +200,17 @@ static void warn_of_counts(page_t *page)
              " paths or splats were thrown away for arithmetic's sake (see <a href=\"#trouble\">below</a>).</p>\n");
 }
 
-/* Chains that stayed on one path for a quarter of their length or more. */
+/* Whether chains of the length are shorter than usual, and more: they need not forget where they begin. */
+static bool is_shortened(const report_t *report, double length)
+{
+    const json_t *list = json_get(report_member(report, "stuck"), "shortened");
+    for (const json_t *at = json_is_array(list) ? json_first(list) : NULL; at; at = json_next(at))
+        if (report_number_of(at, "length") == length)
+            return true;
+    return false;
+}
+
+/* Chains of the usual length that stayed on one path for a quarter of it or more. */
 static void warn_of_stays(page_t *page)
 {
     const report_t *report = page->report;
@@ -208,9 +218,8 @@ static void warn_of_stays(page_t *page)
     double first = 0;
     for (uint32_t i = 0; i < report->length_count; i++) {
         const report_length_t *k = &report->lengths[i];
-        if (k->longest_stay > 0.25 * k->mutations / k->chains) {
+        if (k->longest_stay > 0.25 * k->mutations / k->chains && !is_shortened(report, k->length))
             first = lengths++ == 0 ? k->length : first;
-        }
     }
     if (lengths > 0)
         page_put(

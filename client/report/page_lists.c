@@ -62,11 +62,52 @@ void page_effects(page_t *page)
 
 /* ---- stuck and rejected ---- */
 
+/* What chains are shorter for: a stay ends with its chain. */
+static void put_shorter(page_t *page)
+{
+    static const page_column_t columns[] = {{"Length", true}, {"As usual", false}, {"Here, in the mean", false}};
+    const json_t *list = json_get(report_member(page->report, "stuck"), "shortened");
+    int count = 0;
+    for (const json_t *at = json_first(list); json_is_array(list) && at && count < MOST_ENTRIES;
+         at = json_next(at)) {
+        char name[PAGE_NUMBER_SIZE];
+        const double length = report_number_of(at, "length");
+        if (!isfinite(length))
+            continue;
+        if (count++ == 0) {
+            page_put(page, "<p>Chains are shorter than usual, and more, where the pilot found places enough for "
+                           "them to begin at: none can stay for longer than it is.</p>\n");
+            page_table(page, "Mutations of a chain", columns, sizeof columns / sizeof columns[0], true);
+        }
+        page_row(page);
+        page_cell_head(page, length == 0 ? "all" : page_number(name, PAGE_COUNT, length));
+        page_cell_number(page, PAGE_COUNT, report_number_of(at, "from"));
+        page_cell_number(page, PAGE_COUNT, report_number_of(at, "to"));
+        page_row_end(page);
+    }
+    if (count > 0)
+        page_table_end(page, true);
+}
+
+static void put_stuck_paths(page_t *page)
+{
+    const report_t *report = page->report;
+    if (report->stuck_count == 0)
+        return;
+    page_put(page, "<ul>\n");
+    for (uint32_t i = 0; i < report->stuck_count; i++) {
+        page_put(page, "<li>");
+        page_say(page, report->stuck[i]);
+        page_put(page, "</li>\n");
+    }
+    page_put(page, "</ul>\n");
+}
+
 static void put_stuck(page_t *page)
 {
     const report_t *report = page->report;
     const double chains = report_number(report, "stuck", "chains"),
-                 weight = report_number(report, "stuck", "weight");
+                 weight = report_number(report, "stuck", "weight"), bound = report_number(report, "stuck", "bound");
     if (!isfinite(chains) && report->stuck_count == 0)
         return;
     page_put(page, "<h3>Stuck chains</h3>\n<p>");
@@ -78,19 +119,18 @@ static void put_stuck(page_t *page)
             page_say_number(page, PAGE_PERCENT, weight);
             page_put(page, " of the image's light");
         }
-        page_put(page, ".</p>\n");
+        page_put(page, ".");
+        if (bound > 0) {
+            page_put(page, " No chain of their path lengths brings more than ");
+            page_say_number(page, PAGE_PERCENT, bound);
+            page_put(page, " of it.");
+        }
+        page_put(page, "</p>\n");
     } else {
         page_put(page, "No chain was stuck.</p>\n");
     }
-    if (report->stuck_count == 0)
-        return;
-    page_put(page, "<ul>\n");
-    for (uint32_t i = 0; i < report->stuck_count; i++) {
-        page_put(page, "<li>");
-        page_say(page, report->stuck[i]);
-        page_put(page, "</li>\n");
-    }
-    page_put(page, "</ul>\n");
+    put_stuck_paths(page);
+    put_shorter(page);
 }
 
 /* What the counts mean; others are shown by their name alone. */

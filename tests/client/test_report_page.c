@@ -182,6 +182,8 @@ static void full_report_has_every_section(void **state)
     assert_has(html, "This image is biased: failures are left out");
     assert_has(html, "2 paths or splats were thrown away");
     assert_has(html, "length 5, technique 2: L S D S E");
+    assert_has(html, "No chain of their path lengths brings more than 0.12\xc2\xa0% of it.");
+    assert_has(html, "Mutations of a chain");
     assert_has(html, "glass, &quot;clear&quot;, and brass");
     assert_has(html, "1\xc2\xa0min\xc2\xa0"
                      "6\xc2\xa0s");
@@ -232,6 +234,10 @@ static void doubts_may_be_told_in_part(void **state)
 {
     (void)state;
     static const char *const cases[][2] = {
+        {"{\"stuck\": {\"chains\": 2, \"weight\": 0.1}}", "10\xc2\xa0% of the image's light.</p>"},
+        {"{\"stuck\": {\"chains\": 2, \"bound\": null, \"shortened\": 3}}", "-Mutations of a chain"},
+        {"{\"stuck\": {\"chains\": 0, \"bound\": 0, \"shortened\": [{\"length\": 0, \"to\": 300}, 5]}}",
+         ">all</th>"},
         {"{\"error\": {\"error\": 0.1, \"reliable\": true}}", "Nothing that the render has seen speaks against"},
         {"{\"error\": {\"error\": 0.1, \"reliable\": false}}", "<strong>not reliable</strong>. The image"},
         {"{\"error\": {\"error\": 0.1, \"reliable\": null}}", "-class=\"trust"},
