@@ -9,7 +9,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { SAVES = 14, ERAS = SAVES - 1 };
+enum { SAVES = 16, ERAS = 13, SHORTER = 15 };
 
 static small_scene_t small;
 static job_t jobs[SAVES];
@@ -17,8 +17,8 @@ static uint8_t *saves[SAVES];
 static size_t save_sizes[SAVES];
 
 /* Chains, samples, chains of all lengths, chains with samples beside them, a job that leaves out something, a
- * survey of techniques, one whose shares shift with results that wait, each in the middle of the pilot and of the
- * rendering; 4 x 3 pixels, lengths to 2. */
+ * survey of techniques, one whose shares shift with results that wait, one whose chains are shorter than usual,
+ * each in the middle of the pilot and of the rendering; 4 x 3 pixels, lengths to 2. */
 static void prepare(void)
 {
     static const char *const texts[SAVES / 2] = {
@@ -42,7 +42,10 @@ static void prepare(void)
         "'chains':{'pilot_samples':65536}}",
         "{'scene':'x','algorithm':'mmlt','max_path_length':2,'film':{'width':4,'"
         "height':3},'stop':{'mutations_per_pixel':800},"
-        "'chains':{'pilot_samples':500,'shift':true,'length':32}}"};
+        "'chains':{'pilot_samples':500,'shift':true,'length':32}}",
+        "{'scene':'x','algorithm':'mmlt','max_path_length':2,'film':{'width':4,'"
+        "height':3},'stop':{'mutations_per_pixel':8000},"
+        "'chains':{'pilot_samples':500}}"};
     small_scene_diffuse(&small);
     for (int i = 0; i < SAVES; i++) {
         plan_worker_t worker;
@@ -59,6 +62,10 @@ static void prepare(void)
             plan_fixture_step(plan, &worker);
         if ((i == ERAS) != (plan->eras.pending.count > 0))
             abort();
+        json_t *shorter = plan_shorten_json(plan);
+        if (i == SHORTER && json_size(shorter) == 0)
+            abort();
+        json_destroy(&shorter);
         if (plan_save(plan, &saves[i], &save_sizes[i], &fault))
             abort();
         plan_destroy(&plan);
