@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "path/walk.h"
 #include "scene/scene.h"
@@ -200,6 +201,20 @@ static fault_code_t job_read_stop(const json_t *root, job_stop_t *stop, fault_t 
     return FAULT_NONE;
 }
 
+/* A name is free, but for one that promises another kind of picture than `ending` is. */
+static fault_code_t job_read_picture(const json_t *output, const char *field, const char *ending, char *path,
+                                     fault_t *fault)
+{
+    static const char *const endings[] = {".exr", ".png", ".pfm", ".hdr", ".jpg", ".jpeg", ".tif", ".tiff", NULL};
+    TRY(job_read_path(output, "output", field, path, fault));
+    const char *dot = strrchr(path, '.');
+    for (int i = 0; dot && endings[i]; i++)
+        if (strcasecmp(dot, endings[i]) == 0 && strcmp(endings[i], ending) != 0)
+            return fault_set(fault, FAULT_UNSUPPORTED, "output.%s: \"%.200s\", expected a name that ends in %s",
+                             field, path, ending);
+    return FAULT_NONE;
+}
+
 static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fault)
 {
     static const char *const names[] = {"image", "preview", "report", "page", "preview_exposure", NULL};
@@ -209,8 +224,8 @@ static fault_code_t job_read_output(const json_t *root, job_t *job, fault_t *fau
     if (!output)
         return FAULT_NONE;
     TRY(json_expect_fields(output, "output", names, fault));
-    TRY(job_read_path(output, "output", "image", job->image, fault));
-    TRY(job_read_path(output, "output", "preview", job->preview, fault));
+    TRY(job_read_picture(output, "image", ".exr", job->image, fault));
+    TRY(job_read_picture(output, "preview", ".png", job->preview, fault));
     TRY(job_read_path(output, "output", "report", job->report, fault));
     TRY(job_read_path(output, "output", "page", job->page, fault));
     return json_read_double_or(output, "output", "preview_exposure", -30, 30, &job->preview_exposure, fault);

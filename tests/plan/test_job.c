@@ -145,6 +145,8 @@ static void wrong_types_are_refused(void **state)
     refuse("{'scene':'x','stop':60}", FAULT_TYPE, "stop", "object");
     refuse("{'scene':'x','stop':{'seconds':'60'}}", FAULT_TYPE, "stop.seconds", "a number from 0.001");
     refuse("{'scene':'x','output':'image.exr'}", FAULT_TYPE, "output", "object");
+    refuse("{'scene':'x','output':{'image':'a.b/o.PFM'}}", FAULT_UNSUPPORTED, "output.image", ".exr");
+    refuse("{'scene':'x','output':{'preview':'o.jpg'}}", FAULT_UNSUPPORTED, "output.preview", ".png");
     refuse("{'scene':'x','output':{'preview':false}}", FAULT_TYPE, "output.preview", "text");
 }
 
