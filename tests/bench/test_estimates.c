@@ -1,13 +1,15 @@
-/* Renders' own word on their error against references, over 50 seeds, as docs/accuracy.md does for more scenes:
- * the true relMSE is within 15 % of what renders say in the mean, error.interval holds a render's own in 95 %,
- * and the regions' 95 % intervals hold the reference in 93 to 97 % of the cases. A diffuse and a glossy scene:
+/* Renders' own word on their error against references, over 36 seeds, as docs/accuracy.md does with 50 for more
+ * scenes: the true relMSE is within 15 % of what renders say in the mean, error.interval holds a render's own in 95
+ * %, and the regions' 95 % intervals hold the reference in 93 to 97 % of the cases. A diffuse and a glossy scene:
  * where single paths carry much these fail, and the document says so.
  *
  * False alarms, were the seeds not fixed: 15 % are at least 4 standard errors of the ratio, which is asserted,
- * 6e-5; the coverage's bounds are widened by 3 of its own standard errors, 3e-3, as 50 renders tell it no better.
- * Of a scene's 150 renders 134 at least must have their own relMSE inside of error.interval, were it 95 % 3e-3; as
+ * 6e-5; the coverage's bounds are widened by 3 of its own standard errors, 3e-3, as 36 renders tell it no better.
+ * Of a scene's 108 renders 96 at least must have their own relMSE inside of error.interval, were it 95 % 3e-3; as
  * wide ones hold anything, it may not be wider than a factor of 1.5 to either side in the mean, and at most one
- * render in ten may call itself unreliable.
+ * render in twelve may call itself unreliable.
+ *
+ * Power: were the interval one of 85 %, 84 % of runs would fail, of 88 % 54 % (with 50 seeds 92 and 64).
  *
  * References are two halves of 300 samples a pixel: true errors are free of theirs, as it differs between the
  * halves; the regions' coverage is by 0.4 % less than it would be against the truth where a render has the error of
@@ -26,7 +28,7 @@
 #include "estimates.h"
 #include "peer_scene.h"
 
-enum { SEEDS = 50, SIDE = 32 };
+enum { SEEDS = 36, SIDE = 32 };
 
 static peer_loaded_t *loaded;
 static estimates_reference_t reference;
@@ -77,7 +79,7 @@ static void check(const char *algorithm, const char *chains, double per_pixel)
         100 * e.covered.value, 100 * e.covered.error);
     inside += e.inside.value * SEEDS;
     assert_true(e.interval < 1.5);
-    assert_true(e.unreliable <= 5);
+    assert_true(12 * e.unreliable <= SEEDS);
     assert_true(4 * e.ratio.error < 0.15);
     assert_true(fabs(e.ratio.value - 1) <= 0.15);
     assert_true(e.covered.error < 0.02);
@@ -91,7 +93,7 @@ static void renders_are_right_about_their_error(void **state)
     check("mmlt", "{}", 200);
     check("mmlt", "{\"equalize\":1,\"split\":20}", 200);
     print_message("inside of the interval: %.0f of %d\n", inside, 3 * SEEDS);
-    assert_true(inside >= 134);
+    assert_true(inside > 95.5);
 }
 
 int main(void)

@@ -24,8 +24,9 @@ enum { WIDTH = 512, HEIGHT = 300, PIXELS = WIDTH * HEIGHT };
 static job_t job_of(const char *algorithm, const char *film, const char *stop)
 {
     char text[256];
-    snprintf(text, sizeof text, "{'scene':'x','algorithm':'%s','max_path_length':4,%s,'stop':{%s}}", algorithm,
-             film, stop);
+    snprintf(text, sizeof text,
+             "{'scene':'x','algorithm':'%s','max_path_length':4,%s,'chains':{'pilot_samples':512},'stop':{%s}}",
+             algorithm, film, stop);
     return plan_fixture_job(text);
 }
 

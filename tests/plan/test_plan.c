@@ -50,7 +50,7 @@ static uint64_t counter;
 
 static uint64_t draw(uint64_t below)
 {
-    return random_u64(random_key(2385, RANDOM_PURPOSE_TEST, 2, 0), counter++) % below;
+    return random_u64(random_key(2385, RANDOM_PURPOSE_TEST, SANITIZED, 0), counter++) % below;
 }
 
 static job_t job_with(const course_t *course, const char *stop, const char *more)
@@ -230,10 +230,8 @@ static bool has_shifted(const plan_t *plan)
     return false;
 }
 
-/* Times that each job is run in an order of its own, with a restart after every twelfth step. Under the sanitizers
- * once, which runs all the same code: 250 restarts, some with results that wait, 300 results twice. */
-enum { ROUNDS = SANITIZED ? 1 : 2 };
-
+/* Each job is run in an order of its own, with a restart after every twelfth step: 250 restarts in all, some with
+ * results that wait, 300 results twice. Under the sanitizers in another order. */
 static void order_repetition_and_restarts_leave_no_trace(void **state)
 {
     (void)state;
@@ -255,15 +253,13 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
         plan_fixture_run(reference, &worker, 0);
         assert_true(courses[a].eras ? reference->eras.current >= 4 : reference->eras.current == 0);
         shifts += has_shifted(reference);
-        for (int round = 0; round < ROUNDS; round++) {
-            plan_t *plan = run_wildly(&job, &small.scene, &worker, &flight);
-            plan_progress_t progress;
-            plan_progress(plan, &progress);
-            assert_true(progress.mutations == budget * 24 * 24);
-            assert_string_equal(progress.stopped_by, "mutations_per_pixel");
-            assert_same_outcome(plan, reference);
-            plan_destroy(&plan);
-        }
+        plan_t *plan = run_wildly(&job, &small.scene, &worker, &flight);
+        plan_progress_t progress;
+        plan_progress(plan, &progress);
+        assert_true(progress.mutations == budget * 24 * 24);
+        assert_string_equal(progress.stopped_by, "mutations_per_pixel");
+        assert_same_outcome(plan, reference);
+        plan_destroy(&plan);
         plan_destroy(&reference);
         plan_worker_clear(&worker);
     }
@@ -272,7 +268,7 @@ static void order_repetition_and_restarts_leave_no_trace(void **state)
                   (unsigned long long)flight.merged, (unsigned long long)flight.duplicates,
                   (unsigned long long)flight.restarts, (unsigned long long)flight.pilot_restarts,
                   (unsigned long long)flight.pending_restarts, shifts);
-    assert_true(2 * flight.pending_restarts > 5 * ROUNDS && shifts > 1);
+    assert_true(flight.pending_restarts > 2 && shifts > 1);
     assert_true(flight.duplicates > 50 && flight.pilot_restarts > 5 && flight.restarts > flight.pilot_restarts + 5);
     small_scene_clear(&small);
 }

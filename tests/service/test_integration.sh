@@ -4,7 +4,7 @@
 . "${GARLAND_TESTS:?}/service/shell_fixture.sh"
 
 # The yardstick: one worker, nothing goes wrong.
-job one 8000
+job one 5000
 expect 0 'mutations per pixel' garland render one.json --workers 1
 reference=$folder/one.exr
 

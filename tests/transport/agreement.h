@@ -13,6 +13,10 @@ typedef struct regions {
     int seeds;
 } regions_t;
 
+/* `more` for pt and bdpt: of their pilot only the scale of the film's numbers is used, as a power of two, and the
+ * usual one takes as long as eight samples a pixel. */
+#define AGREEMENT_SAMPLES ",\"chains\":{\"pilot_samples\":512}"
+
 /* Renders 24 x 24 pixels, `work` mutations or samples a pixel, paths of up to `length` segments. `more` is further
  * JSON of the job, beginning with a comma, or empty. `pilots` of the scene, or null. */
 void agreement_run(const scene_t *scene, const char *algorithm, const char *more, uint32_t length, double work,

@@ -29,8 +29,8 @@ static void check(const char *name)
     const scene_t *scene = load_scene(name);
     pilots_t *pilots = pilots_new();
     regions_t bdpt, other;
-    agreement_run(scene, "bdpt", "", LENGTH, 8, SEEDS, NULL, &bdpt);
-    agreement_run(scene, "pt", "", LENGTH, 24, SEEDS, NULL, &other);
+    agreement_run(scene, "bdpt", AGREEMENT_SAMPLES, LENGTH, 8, SEEDS, NULL, &bdpt);
+    agreement_run(scene, "pt", AGREEMENT_SAMPLES, LENGTH, 24, SEEDS, NULL, &other);
     agreement_compare(name, "pt against bdpt", &other, &bdpt, alarm);
     for (int i = 0; i < CHAINS; i++) {
         const double work = strcmp(chains[i], "auto") == 0 ? 42 : agreement_work(chains[i], LENGTH, 28);

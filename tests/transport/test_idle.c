@@ -28,7 +28,7 @@ static void images_are_those_of_all_techniques(void **state)
     const scene_t *scene = load_scene("courtyard");
     pilots_t *pilots = pilots_new();
     regions_t bdpt, other;
-    agreement_run(scene, "bdpt", "", LENGTH, 40, SEEDS, NULL, &bdpt);
+    agreement_run(scene, "bdpt", AGREEMENT_SAMPLES, LENGTH, 40, SEEDS, NULL, &bdpt);
     for (int i = 0; i < CHAINS; i++) {
         agreement_run(scene, chains[i], PILOT, LENGTH, 100, SEEDS, pilots, &other);
         agreement_compare("courtyard", chains[i], &other, &bdpt, alarm);

@@ -69,7 +69,7 @@ static void check(const char *name)
     const scene_t *scene = load_scene(name);
     pilots_t *pilots = pilots_new();
     regions_t bdpt, other;
-    agreement_run(scene, "bdpt", "", LENGTH, 16, SEEDS, NULL, &bdpt);
+    agreement_run(scene, "bdpt", AGREEMENT_SAMPLES, LENGTH, 16, SEEDS, NULL, &bdpt);
     for (int i = 0; i < VARIANTS; i++) {
         const variant_t *v = &variants[i];
         if (!is_compared(i, name))
