@@ -10,16 +10,16 @@
 /* What relMSE would be if the points of samples were as even as they are going to be. */
 static double accuracy_outlook(const plan_t *plan, const plan_error_t *error)
 {
-    const double samples = plan_is_samples(plan, 0) ? error->lengths[0] : 0;
-    return error->relmse - samples * (1 - plan_nets_outlook(plan));
+    const double samples = plan_is_samples(plan, 0) ? error->lengths[0] : 0, outlook = plan_nets_outlook(plan);
+    return fmax(error->relmse - samples * (1 - outlook), error->relmse * outlook);
 }
 
-/* The relative standard error of relMSE as far as it is known. By the filter's weights it is off by a tenth beside
- * (docs/accuracy.md). */
-static double accuracy_spread(const plan_error_t *error)
+/* The relative standard error of the outlook as far as it is known. By the filter's weights relMSE is off by a
+ * tenth beside, and the outlook by half of what it takes off (docs/accuracy.md). */
+static double accuracy_spread(const plan_error_t *error, double outlook)
 {
-    const double filter = 0.1;
-    return !error->reliable ? NAN : error->weighed ? error->spread : hypot(error->spread, filter);
+    const double filter = error->weighed ? 0 : 0.1, ahead = 0.5 * (error->relmse / outlook - 1);
+    return error->reliable ? hypot(hypot(error->spread, filter), ahead) : NAN;
 }
 
 void plan_note_error(plan_t *plan)
@@ -28,12 +28,13 @@ void plan_note_error(plan_t *plan)
     plan_error_t error;
     plan_estimate_error(plan, &error);
     plan->error = sqrt(error.relmse);
+    const double outlook = accuracy_outlook(plan, &error);
     plan_history_add(&plan->history, &(plan_point_t){.seconds = plan->seconds,
                                                      .cpu_seconds = plan->totals.cpu_seconds,
                                                      .mutations = plan_merged(plan),
                                                      .relmse = error.relmse,
-                                                     .outlook = accuracy_outlook(plan, &error),
-                                                     .spread = accuracy_spread(&error)});
+                                                     .outlook = outlook,
+                                                     .spread = accuracy_spread(&error, outlook)});
     plan_predict(plan);
 }
 

@@ -15,8 +15,8 @@ typedef struct plan_point {
     double seconds;     /* wall time since the job began */
     double cpu_seconds; /* of all workers until then, pilot included */
     double mutations;
-    double relmse, spread; /* the estimate and its relative standard error; NaN: not known, or relmse
-                              unreliable */
+    double relmse, spread; /* the estimate, and the relative standard error of the outlook; NaN: not known, or
+                              relmse unreliable */
     double outlook;        /* what it would be, were the points of samples as even as they are going to be */
 } plan_point_t;
 

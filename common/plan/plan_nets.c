@@ -10,7 +10,7 @@
 
 /* Pixels. */
 static const double NETS_PRIOR = 64;
-static const double NETS_POWER = 0.7;
+static const double NETS_POWER = 0.6, NETS_POWER_MOST = 2;
 
 static void nets_even(plan_nets_t *nets, double factor)
 {
@@ -187,7 +187,7 @@ double plan_nets_factor(const plan_t *plan, uint32_t k)
 
 double plan_nets_outlook(const plan_t *plan)
 {
-    double all = 0, young = 0; /* by weight: the mean of n^-0.7 */
+    double all = 0, young = 0, power = NETS_POWER; /* young: by weight, the mean of n^-power */
     for (uint32_t r = 0; r < plan->eras.decided; r++) {
         const plan_part_t *part = plan_eras_part(plan, r, 0);
         const double points = (double)part->merged / (2 * (double)plan->pixels),
@@ -198,9 +198,12 @@ double plan_nets_outlook(const plan_t *plan)
     if (!(young < all))
         return 1;
     young /= all;
-    const double least = pow(NET_POINTS, -NETS_POWER),
-                 later = fmax(young * pow(10, -NETS_POWER), fmin(young, least)),
-                 rest = fmax(0, (plan->nets.all - young) / (1 - young));
+    if (plan->nets.all < young) { /* it falls faster than that: all of it, by a power of its own */
+        power = fmin(power * log(plan->nets.all) / log(young), NETS_POWER_MOST);
+        young = plan->nets.all;
+    }
+    const double least = pow(NET_POINTS, -power), later = fmax(young * pow(10, -power), fmin(young, least)),
+                 rest = (plan->nets.all - young) / (1 - young);
     return fmin(1, (rest + (1 - rest) * later) / plan->nets.all);
 }
 

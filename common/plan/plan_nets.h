@@ -67,9 +67,9 @@ void plan_nets_measure(struct plan *plan);
 /* Of lengths[k]: the image's factor if it is of samples, else 1. */
 double plan_nets_factor(const struct plan *plan, uint32_t k);
 /* What the image's factor is going to be after ten times as many samples, over what it is: the points of a sequence
- * take time to become even. With n points in each, factors are about f + (1 - f) n^-0.7, f the part of the variance
- * that nets do not help: measured on scenes where f is .25 to .9, between n^-2 of smooth integrands of one number
- * and n^-1/2 of edges in two. */
+ * take time to become even. With n points in each, factors are about f + (1 - f) n^-0.6, f the part of the variance
+ * that nets do not help: measured on scenes where f is .35 to .9, between n^-2 of smooth integrands of one number
+ * and n^-1/2 of edges in two. A factor below n^-0.6 is taken for a power of n, n^-2 at the most. */
 double plan_nets_outlook(const struct plan *plan);
 
 /* As bytes: the film, of size 0 if there is none. Hostile bytes back. */
