@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
+#include "chain/net.h"
 #include "plan/plan_estimate.h"
 #include "plan/plan_fixture.h"
 #include "plan/plan_nets.h"
@@ -136,6 +137,32 @@ static void blocks_have_their_own(void **state)
     plan_render_close(&course);
 }
 
+static double outlook(plan_render_t *course, double factor)
+{
+    course->plan->nets.all = factor;
+    return plan_nets_outlook(course->plan);
+}
+
+/* With 8 points in each sequence, of 64 that a net has: independent passes stay as they are; a part that nets do
+ * not help stays, too; what falls faster than n^-0.6 goes on by its own power; and whatever factor noise makes,
+ * some of the error is left. */
+static void outlooks_go_by_the_factor(void **state)
+{
+    (void)state;
+    plan_render_t course;
+    render(&course, independent, 16);
+    const double now = pow(8, -0.6), later = pow(NET_POINTS, -0.6), half = 0.5 + 0.5 * now;
+    assert_near(outlook(&course, 1), 1, 1e-12);
+    assert_near(outlook(&course, half), (0.5 + 0.5 * later) / half, 1e-12);
+    assert_near(outlook(&course, now), later / now, 1e-12);
+    assert_near(outlook(&course, 1.0 / 8), 8.0 / NET_POINTS, 1e-12);
+    for (double factor = 2; factor > 1e-12; factor *= 0.7) {
+        const double found = outlook(&course, factor);
+        assert_true(found > 0 && found <= 1);
+    }
+    plan_render_close(&course);
+}
+
 /* Points of each sequence are given out one after the other, to either in turn, an era's from the first on. */
 static void points_are_handed_out_in_order(void **state)
 {
@@ -178,6 +205,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(factors_are_those_of_the_noise),
         cmocka_unit_test(blocks_have_their_own),
+        cmocka_unit_test(outlooks_go_by_the_factor),
         cmocka_unit_test(points_are_handed_out_in_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
