@@ -5,7 +5,7 @@
  * its own, drawn with P(L >= k) = rate_k, and counts a path of length k as 1 / rate_k: unbiased for any rates in
  * (0, 1] that do not rise with k and are fixed beforehand. (Truncating a path by a law that does not look at it is
  * as old as Russian roulette, Arvo and Kirk 1990; here the law is of lengths, the same for all samples, and drawn
- * in a stratified way, which a roulette on throughputs cannot be.) How the plan chooses: plan/plan_rates.h.
+ * in a stratified way, which a roulette on throughputs cannot be.) How the plan chooses: stats/rates.h.
  *
  * The numbers of a sample's walks are the same whatever L is. The number that L is drawn with is one of the
  * sample's point (net.h): any few of them in a row are spread evenly over the law. */

@@ -58,7 +58,7 @@ fault_code_t plan_new(plan_t **out, const job_t *job, const scene_t *scene, faul
     }
     code = plan_is_chains(plan) ? plan_strata_init(plan, fault) : FAULT_NONE;
     if (!code)
-        code = plan_groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
+        code = groups_init(&plan->groups, s->max_path_length, plan->pixels, fault);
     if (!code)
         code = plan_eras_init(&plan->eras, s->max_path_length, fault);
     plan_size_pilot(plan);
@@ -100,7 +100,7 @@ void plan_destroy(plan_t **out)
         free(plan->lengths[k].weights);
         film_clear(&plan->lengths[k].film);
     }
-    plan_groups_clear(&plan->groups);
+    groups_clear(&plan->groups);
     plan_passes_clear(&plan->passes);
     plan_nets_clear(&plan->nets);
     plan_eras_clear(&plan->eras);
@@ -268,7 +268,7 @@ static fault_code_t absorb_chains(plan_t *plan, const plan_unit_t *unit, work_re
     const uint64_t counted = (uint64_t)llround(weight * (double)record->mutations);
     absorb_squares(plan, &result->film, c, size);
     plan_absorb_strata(plan, record->length, &result->film, c, size);
-    plan_groups_absorb(&plan->groups, record->length, unit->number, counted, &result->film, c, size);
+    groups_absorb(&plan->groups, record->length, unit->number, counted, &result->film, c, size);
     if (plan_is_whole(plan)) /* their large steps are samples like all others */
         absorb_all_moments(plan, result->moments);
     for (uint32_t i = 0; !plan_is_whole(plan) && i < result->moment_count; i++)
@@ -306,7 +306,7 @@ static fault_code_t absorb_pass(plan_t *plan, const plan_unit_t *unit, uint64_t 
     absorb_squares(plan, film, c, size);
     if (plan->strata)
         plan_absorb_strata(plan, 0, film, c, size);
-    plan_groups_absorb(&plan->groups, 0, number, counted, film, c, size);
+    groups_absorb(&plan->groups, 0, number, counted, film, c, size);
     plan_eras_add(plan, unit, 0, count);
     plan_nets_count(plan, unit, count);
     all->merged += count;

@@ -1,10 +1,10 @@
-/* plan_accuracy.c: what a render's history says about the time that accuracy takes (plan_law.h). */
+/* plan_accuracy.c: what a render's history says about the time that accuracy takes (law.h). */
 #include "plan/plan_accuracy.h"
 
 #include <math.h>
 
 #include "plan/plan_estimate.h"
-#include "plan/plan_law.h"
+#include "stats/law.h"
 #include "plan/plan_regions.h"
 
 /* What relMSE would be if the points of samples were as even as they are going to be. */
@@ -29,29 +29,28 @@ void plan_note_error(plan_t *plan)
     plan_estimate_error(plan, &error);
     plan->error = sqrt(error.relmse);
     const double outlook = accuracy_outlook(plan, &error);
-    plan_history_add(&plan->history, &(plan_point_t){.seconds = plan->seconds,
-                                                     .cpu_seconds = plan->totals.cpu_seconds,
-                                                     .mutations = plan_merged(plan),
-                                                     .relmse = error.relmse,
-                                                     .outlook = outlook,
-                                                     .spread = accuracy_spread(&error, outlook)});
+    history_add(&plan->history, &(history_point_t){.seconds = plan->seconds,
+                                                   .cpu_seconds = plan->totals.cpu_seconds,
+                                                   .mutations = plan_merged(plan),
+                                                   .relmse = error.relmse,
+                                                   .outlook = outlook,
+                                                   .spread = accuracy_spread(&error, outlook)});
     plan_predict(plan);
 }
 
 void plan_predict(plan_t *plan)
 {
-    plan_law_t law;
+    law_t law;
     plan->predicted = NAN;
-    if (plan->job.stop.error > 0 &&
-        plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
-        plan->predicted = plan_law_time(&law, plan->job.stop.error).median;
+    if (plan->job.stop.error > 0 && law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
+        plan->predicted = law_time(&law, plan->job.stop.error).median;
 }
 
 static json_t *accuracy_history(const plan_t *plan)
 {
     json_t *list = json_new_array();
     for (uint32_t i = 0; i < plan->history.count; i++) {
-        const plan_point_t *point = &plan->history.points[i];
+        const history_point_t *point = &plan->history.points[i];
         json_t *entry = json_new_object();
         json_add_number(entry, "seconds", point->seconds);
         json_add_number(entry, "cpu_seconds", point->cpu_seconds);
@@ -66,16 +65,16 @@ static json_t *accuracy_history(const plan_t *plan)
 /* CPU seconds of workers to wall seconds with the workers that the job has had: both at the last point. */
 static double accuracy_pace(const plan_t *plan)
 {
-    const plan_point_t *last = &plan->history.points[plan->history.count - 1];
+    const history_point_t *last = &plan->history.points[plan->history.count - 1];
     return last->cpu_seconds > 0 && last->seconds > 0 ? last->seconds / last->cpu_seconds : NAN;
 }
 
-static json_t *accuracy_targets(const plan_law_t *law, double pace)
+static json_t *accuracy_targets(const law_t *law, double pace)
 {
     static const double errors[] = {0.1, 0.05, 0.02, 0.01};
     json_t *list = json_new_array();
     for (size_t i = 0; i < sizeof errors / sizeof *errors; i++) {
-        const plan_law_time_t time = plan_law_time(law, errors[i]);
+        const law_time_t time = law_time(law, errors[i]);
         json_t *target = json_new_object();
         json_add_number(target, "error", errors[i]);
         json_add_number(target, "seconds", time.median * pace);
@@ -91,7 +90,7 @@ static json_t *accuracy_targets(const plan_law_t *law, double pace)
  * first estimate of all, if that is later. */
 static json_t *accuracy_first_tenth(const plan_t *plan)
 {
-    const plan_history_t *history = &plan->history;
+    const history_t *history = &plan->history;
     const double end = history->points[history->count - 1].cpu_seconds, pilot = plan->pilot_cpu_seconds,
                  pace = accuracy_pace(plan);
     uint32_t count = 0;
@@ -100,12 +99,12 @@ static json_t *accuracy_first_tenth(const plan_t *plan)
         count++;
     if (count == history->count)
         return NULL;
-    plan_law_t law;
-    if (!plan_law_fit(&law, history, count, pilot))
+    law_t law;
+    if (!law_fit(&law, history, count, pilot))
         return NULL;
     json_t *object = json_new_object();
     json_add_number(object, "at_seconds", history->points[count - 1].cpu_seconds * pace);
-    const plan_law_time_t time = plan_law_time(&law, sqrt(history->points[history->count - 1].relmse));
+    const law_time_t time = law_time(&law, sqrt(history->points[history->count - 1].relmse));
     json_add_number(object, "predicted_seconds", time.median * pace);
     json_add_number(object, "low", time.low * pace);
     json_add_number(object, "high", time.high * pace);
@@ -116,8 +115,8 @@ static json_t *accuracy_first_tenth(const plan_t *plan)
 
 static json_t *accuracy_prediction(const plan_t *plan)
 {
-    plan_law_t law;
-    if (!plan_law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
+    law_t law;
+    if (!law_fit(&law, &plan->history, plan->history.count, plan->pilot_cpu_seconds))
         return NULL;
     json_t *prediction = json_new_object(), *numbers = json_new_object();
     json_add_number(numbers, "a", law.a);
@@ -140,14 +139,14 @@ static json_t *accuracy_groups(const plan_t *plan)
         return NULL;
     json_t *groups = json_new_object(), *brightness = json_new_array(), *deviation = json_new_array();
     double squares = 0;
-    for (int g = 0; g < PLAN_GROUPS; g++) {
+    for (int g = 0; g < GROUPS_COUNT; g++) {
         json_append(brightness, json_new_number(figures.brightness[g]));
         json_append(deviation, json_new_number(figures.deviation[g]));
         squares += (figures.brightness[g] - 1) * (figures.brightness[g] - 1);
     }
-    json_add_number(groups, "count", PLAN_GROUPS);
+    json_add_number(groups, "count", GROUPS_COUNT);
     json_add(groups, "brightness", brightness);
-    json_add_number(groups, "spread", sqrt(squares / (PLAN_GROUPS - 1)));
+    json_add_number(groups, "spread", sqrt(squares / (GROUPS_COUNT - 1)));
     json_add(groups, "deviation", deviation);
     return groups;
 }
@@ -155,12 +154,12 @@ static json_t *accuracy_groups(const plan_t *plan)
 /* Row by row from the top left. */
 static json_t *accuracy_regions(const plan_t *plan)
 {
-    const uint32_t part = PLAN_GROUP_SIDE / PLAN_REGION_SIDE;
+    const uint32_t part = GROUPS_SIDE / PLAN_REGION_SIDE;
     json_t *object = json_new_object(), *values = json_new_array();
     for (uint32_t r = 0; r < PLAN_REGIONS; r++) {
-        bool blocks[PLAN_GROUP_BLOCKS];
-        for (uint32_t i = 0; i < PLAN_GROUP_BLOCKS; i++)
-            blocks[i] = i / PLAN_GROUP_SIDE / part * PLAN_REGION_SIDE + i % PLAN_GROUP_SIDE / part == r;
+        bool blocks[GROUPS_BLOCKS];
+        for (uint32_t i = 0; i < GROUPS_BLOCKS; i++)
+            blocks[i] = i / GROUPS_SIDE / part * PLAN_REGION_SIDE + i % GROUPS_SIDE / part == r;
         plan_region_t region;
         if (!plan_estimate_region(plan, blocks, &region))
             region = (plan_region_t){NAN, NAN, NAN};

@@ -5,7 +5,7 @@
 
 #include "plan/plan_budget.h"
 #include "plan/plan_estimate.h"
-#include "plan/plan_shift.h"
+#include "stats/shift.h"
 #include "plan/plan_state.h"
 
 enum {
@@ -315,8 +315,8 @@ static double eras_evidence(const plan_t *plan, const plan_error_t *error, uint3
 static void eras_choose(const plan_t *plan, uint32_t era, double *shares)
 {
     const uint32_t first = plan_first(plan), last = plan_last(plan);
-    plan_shift_length_t lengths[PLAN_SHIFT_MOST] = {{0}};
-    double chosen[PLAN_SHIFT_MOST];
+    shift_length_t lengths[SHIFT_MOST] = {{0}};
+    double chosen[SHIFT_MOST];
     plan_error_t error;
     plan_estimate_error(plan, &error);
     for (uint32_t k = first; k <= last; k++) {
@@ -324,7 +324,7 @@ static void eras_choose(const plan_t *plan, uint32_t era, double *shares)
         const bool is_in = plan_eras_part(plan, era, k)->work > 0;
         const plan_part_t *before = plan_eras_part(plan, era - 1, k);
         shares[k] = before->work > 0 ? before->share : length->share;
-        lengths[k - first] = (plan_shift_length_t){
+        lengths[k - first] = (shift_length_t){
             .prior = is_in ? length->share : 0,
             .last = is_in ? shares[k] : 0,
             .variance = eras_variance(plan, &error, k),
@@ -333,7 +333,7 @@ static void eras_choose(const plan_t *plan, uint32_t era, double *shares)
             .least = fmin(length->share, ERAS_LEAST_SHARE) / 4,
         };
     }
-    plan_shift_shares(lengths, last - first + 1, chosen);
+    shift_shares(lengths, last - first + 1, chosen);
     for (uint32_t k = first; k <= last; k++)
         if (lengths[k - first].prior > 0)
             shares[k] = chosen[k - first];

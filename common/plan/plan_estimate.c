@@ -17,9 +17,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "plan/plan_jackknife.h"
+#include "stats/jackknife.h"
 #include "plan/plan_regions.h"
-#include "plan/plan_scatter.h"
+#include "stats/scatter.h"
 
 /* An estimate of chains needs so many units, and has to have seen all but a part of what they bring. Of samples a
  * single pass over the image will do. */
@@ -118,30 +118,29 @@ double plan_technique_b(const plan_t *plan, uint32_t k, uint32_t s, double *erro
 }
 
 /* The squares of a film's sums, by block: rows of a block are runs of numbers. */
-static void pixels_square(const plan_t *plan, const int64_t *sums, double blocks[PLAN_GROUP_BLOCKS])
+static void pixels_square(const plan_t *plan, const int64_t *sums, double blocks[GROUPS_BLOCKS])
 {
     const uint32_t width = plan->settings.width, height = plan->settings.height;
-    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+    for (uint32_t block = 0; block < GROUPS_BLOCKS; block++)
         blocks[block] = 0;
     for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < PLAN_GROUP_SIDE; x++) {
+        for (uint32_t x = 0; x < GROUPS_SIDE; x++) {
             const int64_t *row = sums + FILM_CHANNELS * (size_t)width * y;
-            const size_t end = (size_t)FILM_CHANNELS * plan_groups_begin(x + 1, width);
+            const size_t end = (size_t)FILM_CHANNELS * groups_begin(x + 1, width);
             double squares = 0;
-            for (size_t i = (size_t)FILM_CHANNELS * plan_groups_begin(x, width); i < end; i++)
+            for (size_t i = (size_t)FILM_CHANNELS * groups_begin(x, width); i < end; i++)
                 squares += (double)row[i] * (double)row[i];
-            blocks[plan_groups_block(y, height) * PLAN_GROUP_SIDE + x] += squares;
+            blocks[groups_block(y, height) * GROUPS_SIDE + x] += squares;
         }
 }
 
 /* Squares of one length less what their mean takes off them, by block. */
-static void pixels_blocks(const plan_pixels_t *pixels, uint32_t i, double blocks[PLAN_GROUP_BLOCKS])
+static void pixels_blocks(const plan_pixels_t *pixels, uint32_t i, double blocks[GROUPS_BLOCKS])
 {
     const plan_t *plan = pixels->plan;
-    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
-        blocks[block] =
-            fmax(0, plan_groups_squares(&plan->groups, pixels->lengths[i], block) * pixels->squares_factor -
-                        pixels->squared[i][block] * pixels->square[i]);
+    for (uint32_t block = 0; block < GROUPS_BLOCKS; block++)
+        blocks[block] = fmax(0, groups_squares(&plan->groups, pixels->lengths[i], block) * pixels->squares_factor -
+                                    pixels->squared[i][block] * pixels->square[i]);
 }
 
 /* A chain length with a single unit has no variance yet. What it will bring beside the others is foreseen by their
@@ -165,10 +164,10 @@ static void pixels_correct(plan_pixels_t *pixels)
     const plan_t *plan = pixels->plan;
     const double unseen = pixels_unseen(plan);
     const bool known = unseen <= ESTIMATE_UNSEEN;
-    double all[PLAN_GROUP_BLOCKS] = {0}, sums[2] = {0, 0};
+    double all[GROUPS_BLOCKS] = {0}, sums[2] = {0, 0};
     for (uint32_t i = 0; i < pixels->count; i++) {
         const double units = plan_eras_units(plan, pixels->lengths[i]);
-        double blocks[PLAN_GROUP_BLOCKS];
+        double blocks[GROUPS_BLOCKS];
         if (units < 2 && plan_is_samples(plan, pixels->lengths[i])) {
             pixels->single = pixels->sums[i];
             pixels->single_factor = 0.5 * pixels->factor[i] * pixels->factor[i];
@@ -179,18 +178,18 @@ static void pixels_correct(plan_pixels_t *pixels)
         const bool samples = plan_is_samples(plan, pixels->lengths[i]);
         pixels->excess[i] *= samples ? 1 : unseen;
         pixels_blocks(pixels, i, blocks);
-        for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+        for (uint32_t block = 0; block < GROUPS_BLOCKS; block++) {
             all[block] += blocks[block];
             pixels->correction[block] +=
                 blocks[block] * pixels->excess[i] * (samples ? plan->nets.blocks[block] : 1);
         }
         pixels->excess[i] *= samples ? plan->nets.all : 1;
     }
-    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+    for (uint32_t block = 0; block < GROUPS_BLOCKS; block++) {
         sums[0] += pixels->correction[block];
         sums[1] += all[block];
     }
-    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++) {
+    for (uint32_t block = 0; block < GROUPS_BLOCKS; block++) {
         if (!known)
             pixels->correction[block] = INFINITY;
         else if (all[block] > 0)
@@ -359,10 +358,10 @@ static double estimate_relmse(const plan_t *plan, const estimate_planes_t *plane
 }
 
 /* Weights of the squared errors of luminance at the spots of the groups. */
-static void estimate_spots(const plan_t *plan, const estimate_planes_t *planes, double weights[PLAN_SPOTS])
+static void estimate_spots(const plan_t *plan, const estimate_planes_t *planes, double weights[GROUPS_SPOTS])
 {
     for (uint32_t i = 0; i < plan->groups.spot_count; i++) {
-        const size_t p = plan_groups_spot(&plan->groups, i);
+        const size_t p = groups_spot(&plan->groups, i);
         const double value = rgb_luminance(
             rgb(planes->values[p], planes->values[plan->pixels + p], planes->values[2 * plan->pixels + p]));
         weights[i] = 1 / (value * value + planes->floor) / plan->groups.spot_count;
@@ -431,7 +430,7 @@ static double estimate_single(const plan_pixels_t *pixels, const estimate_planes
  * block for each length, and a block's mean weight says little where a lamp is beside a shadow: so the films' part
  * is that of the spots, pixels with weights of their own; but for samples that both sequences tell of. */
 static void estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_t *planes,
-                             const estimate_samples_t *samples, const double spots[PLAN_SPOTS], double relmse,
+                             const estimate_samples_t *samples, const double spots[GROUPS_SPOTS], double relmse,
                              plan_error_t *error)
 {
     const plan_t *plan = pixels->plan;
@@ -440,9 +439,8 @@ static void estimate_lengths(const plan_pixels_t *pixels, const estimate_planes_
     estimate_of_b(pixels, planes, error);
     for (uint32_t i = 0; i < pixels->count; i++) {
         const uint32_t k = pixels->lengths[i];
-        error->lengths[k] =
-            error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
-            plan_scatter_part(&plan->groups, k, pixels->factor[i], spots) * plan_nets_factor(plan, k);
+        error->lengths[k] = error->of_b[k] + (plan_is_samples(plan, k) ? of_single : 0) +
+                            scatter_part(&plan->groups, k, pixels->factor[i], spots) * plan_nets_factor(plan, k);
         all += error->lengths[k];
     }
     error->relmse = all > 0 ? 0 : relmse;
@@ -489,12 +487,12 @@ static double estimate_part(const plan_t *plan, const estimate_planes_t *planes)
 
 /* Whether few paths make most of the error, by what the render has seen of them: then there are likely others that
  * it has not. How often that is right is in docs/accuracy.md. `part`: of the image, that bears the error. */
-static void estimate_trust(const plan_scatter_t *scatter, double part, plan_error_t *error)
+static void estimate_trust(const scatter_t *scatter, double part, plan_error_t *error)
 {
     const double most_scatter = 0.25, most_dominance = 0.25, least_part = 0.01;
     if (scatter->dominance > most_dominance)
         snprintf(error->reason, sizeof error->reason,
-                 "one of %d groups of units brings %.0f %% of the squared error", PLAN_GROUPS,
+                 "one of %d groups of units brings %.0f %% of the squared error", GROUPS_COUNT,
                  100 * scatter->dominance);
     else if (part < least_part)
         snprintf(error->reason, sizeof error->reason, "%.2g %% of the pixels bring most of the squared error",
@@ -508,7 +506,7 @@ static void estimate_trust(const plan_scatter_t *scatter, double part, plan_erro
 /* Of the groups at the spots: weights of the squared errors; what the films of the lengths are multiplied by for
  * the image, and for its errors: of samples that is less (plan_nets.h). */
 typedef struct estimate_groups {
-    double weights[PLAN_SPOTS], factor[PATH_MAX_VERTICES], errors[PATH_MAX_VERTICES];
+    double weights[GROUPS_SPOTS], factor[PATH_MAX_VERTICES], errors[PATH_MAX_VERTICES];
 } estimate_groups_t;
 
 static void estimate_groups(const plan_pixels_t *pixels, const estimate_planes_t *planes, estimate_groups_t *groups)
@@ -522,31 +520,30 @@ static void estimate_groups(const plan_pixels_t *pixels, const estimate_planes_t
     }
 }
 
-/* What noise does to the weights (plan_jackknife.h), and how much of it the filter leaves. Known beforehand: of a
+/* What noise does to the weights (jackknife.h), and how much of it the filter leaves. Known beforehand: of a
  * pixel it does to w(x) = 1 / (x^2 + floor), by the second order of Taylor's series, 0.5 w'' / w variance = (3 x^2
  * - floor) / (x^2 + floor) e, at most three times its relative squared error e; of all pixels, each with its e,
  * three times sum e^2 / sum e, which is relMSE over the `part` of the image that bears it. And over scenes and
  * algorithms the filter is off by a tenth (docs/accuracy.md; the root of the mean square). Where the groups say
  * nothing there is room for twice relMSE. */
-static plan_jackknife_t estimate_weigh(const plan_t *plan, const estimate_groups_t *groups, double floor,
-                                       double relmse, double part)
+static jackknife_t estimate_weigh(const plan_t *plan, const estimate_groups_t *groups, double floor, double relmse,
+                                  double part)
 {
     const double off = 0.1, prior = fmin(3 * relmse / part, off);
-    plan_jackknife_t weighed;
-    if (!plan_jackknife_measure(&weighed, &plan->groups, groups->factor, groups->errors, floor, groups->weights,
-                                prior))
+    jackknife_t weighed;
+    if (!jackknife_measure(&weighed, &plan->groups, groups->factor, groups->errors, floor, groups->weights, prior))
         weighed.room = 2 * relmse;
     return weighed;
 }
 
 /* The estimate and the error itself differ independently of each other: a sum of their variances. The upper end has
  * room for what noise does to the weights and is not known. `of_b`: relative variance by the errors of the b_k. */
-static void estimate_interval(const plan_t *plan, const estimate_groups_t *groups, const plan_jackknife_t *weighed,
+static void estimate_interval(const plan_t *plan, const estimate_groups_t *groups, const jackknife_t *weighed,
                               double of_b, double of_samples, double part, plan_error_t *error)
 {
-    plan_scatter_t scatter;
+    scatter_t scatter;
     error->reason[0] = 0;
-    if (!plan_scatter_measure(&scatter, &plan->groups, groups->errors, groups->weights, plan_is_samples(plan, 0))) {
+    if (!scatter_measure(&scatter, &plan->groups, groups->errors, groups->weights, plan_is_samples(plan, 0))) {
         snprintf(error->reason, sizeof error->reason, "too few units of work to see how the error scatters");
         return;
     }
@@ -575,7 +572,7 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
         estimate_groups_t groups;
         const double relmse = estimate_relmse(plan, &planes), part = estimate_part(plan, &planes);
         estimate_groups(&pixels, &planes, &groups);
-        const plan_jackknife_t weighed = estimate_weigh(plan, &groups, planes.floor, relmse, part);
+        const jackknife_t weighed = estimate_weigh(plan, &groups, planes.floor, relmse, part);
         const estimate_samples_t samples = estimate_samples(&pixels, &planes);
         estimate_lengths(&pixels, &planes, &samples, groups.weights, relmse, error);
         const double of_b = estimate_b_variance(&pixels, error), of_samples = samples.error / error->relmse;

@@ -25,10 +25,10 @@ typedef struct plan_pixels {
     double b_variance[PATH_MAX_VERTICES];   /* (sigma_{b_k} / b_k)^2 factor^2 */
     double square[PATH_MAX_VERTICES];       /* of a sum: what the mean takes off the squares, in image units */
     double squares_factor;                  /* of plan->squares, in image units */
-    double squared[PATH_MAX_VERTICES][PLAN_GROUP_BLOCKS]; /* squares of the sums, by block of the image */
-    const int64_t *single;                /* the film of samples of which there is a single unit, else null */
-    double single_factor;                 /* of their squared differences, in image units */
-    double correction[PLAN_GROUP_BLOCKS]; /* excess, as the block's lengths have it in the mean */
+    double squared[PATH_MAX_VERTICES][GROUPS_BLOCKS]; /* squares of the sums, by block of the image */
+    const int64_t *single;            /* the film of samples of which there is a single unit, else null */
+    double single_factor;             /* of their squared differences, in image units */
+    double correction[GROUPS_BLOCKS]; /* excess, as the block's lengths have it in the mean */
 } plan_pixels_t;
 
 void plan_pixels_init(plan_pixels_t *pixels, const plan_t *plan);
@@ -41,7 +41,7 @@ typedef struct plan_error {
     double low, high; /* hold this render's own relMSE in 95 % of renders; NaN likewise */
     bool reliable;    /* nothing speaks against relmse and its interval */
     char reason[160]; /* else what does */
-    bool weighed;     /* by weights without noise (plan_jackknife.h) */
+    bool weighed;     /* by weights without noise (jackknife.h) */
     double lengths[PATH_MAX_VERTICES]; /* what each of plan->lengths brings to it */
     double of_b[PATH_MAX_VERTICES];    /* of that, by the error of b_k */
 } plan_error_t;

@@ -7,7 +7,7 @@
 
 #include "chain/work.h"
 #include "path/walk.h"
-#include "plan/exact.h"
+#include "stats/exact.h"
 
 /* Sums of one estimator over units, free of order: of 1, in units of `unit` and its square. */
 typedef struct plan_moments {

@@ -15,7 +15,7 @@ static const double NETS_POWER = 0.6, NETS_POWER_MOST = 2;
 static void nets_even(plan_nets_t *nets, double factor)
 {
     nets->all = factor;
-    for (uint32_t block = 0; block < PLAN_GROUP_BLOCKS; block++)
+    for (uint32_t block = 0; block < GROUPS_BLOCKS; block++)
         nets->blocks[block] = factor;
 }
 
@@ -69,7 +69,7 @@ fault_code_t plan_nets_absorb(plan_t *plan, const plan_unit_t *unit, const film_
 
 /* ---- the factor ---- */
 
-/* A block of the image (plan_groups.h). */
+/* A block of the image (groups.h). */
 typedef struct nets_block {
     double pixels, light;       /* their number; the image's light */
     double variance, by_passes; /* of the image's samples, summed: by A - B; were passes independent */
@@ -132,12 +132,12 @@ static void nets_differ(const plan_pixels_t *pixels, const plan_nets_pair_t *pai
 static void nets_expect(const plan_pixels_t *pixels, nets_block_t *blocks)
 {
     const plan_t *plan = pixels->plan;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
-        const double squares = plan_groups_squares(&plan->groups, 0, b) * pixels->squares_factor -
+    for (uint32_t b = 0; b < GROUPS_BLOCKS; b++) {
+        const double squares = groups_squares(&plan->groups, 0, b) * pixels->squares_factor -
                                pixels->squared[0][b] * pixels->square[0];
         blocks[b].by_passes = fmax(0, squares) * pixels->excess[0];
         for (uint32_t i = 0; i < pixels->count; i++)
-            blocks[b].light += plan_groups_light(&plan->groups, pixels->lengths[i], b) * pixels->factor[i];
+            blocks[b].light += groups_light(&plan->groups, pixels->lengths[i], b) * pixels->factor[i];
     }
 }
 
@@ -145,9 +145,9 @@ static void nets_expect(const plan_pixels_t *pixels, nets_block_t *blocks)
 static double nets_ratio(const plan_t *plan, const nets_block_t *blocks)
 {
     double variance = 0, by_passes = 0, level = 0;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++)
+    for (uint32_t b = 0; b < GROUPS_BLOCKS; b++)
         level += blocks[b].light / (double)plan->pixels;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
+    for (uint32_t b = 0; b < GROUPS_BLOCKS; b++) {
         const double mean = blocks[b].pixels > 0 ? blocks[b].light / blocks[b].pixels : 0,
                      weight = 1 / (mean * mean + 0.01 * level * level);
         variance += weight * blocks[b].variance;
@@ -162,7 +162,7 @@ void plan_nets_measure(plan_t *plan)
     nets_even(nets, 1);
     if (plan->phase != PLAN_RENDER)
         return;
-    nets_block_t blocks[PLAN_GROUP_BLOCKS] = {{0, 0, 0, 0}};
+    nets_block_t blocks[GROUPS_BLOCKS] = {{0, 0, 0, 0}};
     plan_pixels_t pixels;
     plan_nets_pair_t pair;
     plan_pixels_init(&pixels, plan);
@@ -174,7 +174,7 @@ void plan_nets_measure(plan_t *plan)
     if (!(ratio > 0) || !isfinite(ratio))
         return;
     nets->all = ratio;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++) {
+    for (uint32_t b = 0; b < GROUPS_BLOCKS; b++) {
         const double own = blocks[b].by_passes > 0 ? blocks[b].variance / blocks[b].by_passes : ratio;
         nets->blocks[b] = (blocks[b].pixels * own + NETS_PRIOR * ratio) / (blocks[b].pixels + NETS_PRIOR);
     }

@@ -24,14 +24,14 @@
 #include "base/wire.h"
 #include "chain/work.h"
 #include "film/film.h"
-#include "plan/plan_groups.h"
+#include "stats/groups.h"
 
 struct plan;
 struct plan_unit;
 
 typedef struct plan_nets {
     film_t second; /* of the film of samples: what passes of second sequences brought; null sums: nothing yet */
-    double all, blocks[PLAN_GROUP_BLOCKS]; /* factors of the variance of samples */
+    double all, blocks[GROUPS_BLOCKS]; /* factors of the variance of samples */
 } plan_nets_t;
 
 /* An era's passes, in plan_part_t. */

@@ -12,7 +12,7 @@ uint32_t plan_block(const plan_t *plan, size_t p);
 /* How alike the groups' images are: brightness of each over the image's, and the root of the mean squared relative
  * difference over 16 x 16 blocks, in the measure of relMSE. False while there are too few units. */
 typedef struct plan_group_figures {
-    double brightness[PLAN_GROUPS], deviation[PLAN_GROUPS];
+    double brightness[GROUPS_COUNT], deviation[GROUPS_COUNT];
 } plan_group_figures_t;
 bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures);
 /* The mean luminance of a region of blocks, with 95 % between low and high: Student's, from the groups of each
@@ -20,7 +20,7 @@ bool plan_estimate_groups(const plan_t *plan, plan_group_figures_t *figures);
 typedef struct plan_region {
     double mean, low, high;
 } plan_region_t;
-bool plan_estimate_region(const plan_t *plan, const bool region[PLAN_GROUP_BLOCKS], plan_region_t *out);
+bool plan_estimate_region(const plan_t *plan, const bool region[GROUPS_BLOCKS], plan_region_t *out);
 /* Regions that a report tells of: so many across and down. */
 enum { PLAN_REGION_SIDE = 4, PLAN_REGIONS = PLAN_REGION_SIDE * PLAN_REGION_SIDE };
 

@@ -155,11 +155,11 @@ static void put_plan(wire_writer_t *out, const plan_t *plan)
     packed_put(out, "features", plan->features, WORK_FEATURE_CHANNELS * plan->pixels * sizeof *plan->features);
     packed_put(out, "pilot moments", plan->pilot_moments, pilot_moments_size(plan));
     packed_put(out, "pilot blocks", plan->pilot_blocks, pilot_blocks_size(plan));
-    plan_groups_part_t groups[PLAN_GROUPS_PARTS];
-    plan_groups_parts(&plan->groups, groups);
-    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+    groups_part_t groups[GROUPS_PARTS];
+    groups_parts(&plan->groups, groups);
+    for (int i = 0; i < GROUPS_PARTS; i++)
         packed_put(out, "groups", groups[i].data, groups[i].size);
-    plan_history_put(out, &plan->history);
+    history_put(out, &plan->history);
     stuck_put(out, &plan->stuck);
     plan_trial_put(out, plan);
     plan_left_out_put(out, plan);
@@ -211,14 +211,14 @@ static fault_code_t load_pilot_moments(plan_t *plan, wire_reader_t *in)
 
 static fault_code_t load_groups(plan_t *plan, wire_reader_t *in)
 {
-    plan_groups_part_t groups[PLAN_GROUPS_PARTS];
-    plan_groups_parts(&plan->groups, groups);
-    for (int i = 0; i < PLAN_GROUPS_PARTS; i++)
+    groups_part_t groups[GROUPS_PARTS];
+    groups_parts(&plan->groups, groups);
+    for (int i = 0; i < GROUPS_PARTS; i++)
         TRY(packed_get(in, "groups", groups[i].data, groups[i].size));
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++) {
         uint64_t count = 0;
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-            count += plan->groups.counts[(size_t)k * PLAN_GROUPS + g];
+        for (uint32_t g = 0; g < GROUPS_COUNT; g++)
+            count += plan->groups.counts[(size_t)k * GROUPS_COUNT + g];
         if (count != plan->lengths[k].counted)
             return wire_reader_fail(in, FAULT_FORMAT, "groups", "%llu mutations of length %u, expected %llu",
                                     (unsigned long long)count, k, (unsigned long long)plan->lengths[k].counted);
@@ -264,7 +264,7 @@ static fault_code_t load_arrays(plan_t *plan, wire_reader_t *in, fault_t *fault)
             return wire_reader_fail(in, FAULT_RANGE, "features", "number %zu is not finite", i);
     TRY(load_pilot_moments(plan, in));
     TRY(load_groups(plan, in));
-    TRY(plan_history_get(in, &plan->history));
+    TRY(history_get(in, &plan->history));
     TRY(stuck_get(in, &plan->stuck, plan->settings.max_path_length));
     TRY(plan_stuck_check(plan, in));
     if (plan->has_candidates) { /* how many trials there are follows from them */

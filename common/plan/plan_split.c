@@ -7,7 +7,7 @@
  *
  *     inefficiency b_k^2 / N_k of N_k mutations,
  *
- * X = sum over k of min(c_k, cap_k) / rate_k being a sample's sum (plan_rates.h), b_k = E max(c_k - cap_k, 0) what
+ * X = sum over k of min(c_k, cap_k) / rate_k being a sample's sum (rates.h), b_k = E max(c_k - cap_k, 0) what
  * chains of length k follow; the inefficiency (settings.split) is how many mutations do what one independent draw
  * from the chains' law would do. With costs a sample and d_k a mutation, at a fixed cost in all the least variance
  * is
@@ -34,7 +34,7 @@
 #include <string.h>
 
 #include "plan/plan_budget.h"
-#include "plan/plan_rates.h"
+#include "stats/rates.h"
 #include "plan/plan_missed.h"
 
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
@@ -108,7 +108,7 @@ static split_choice_t split_try(const plan_t *plan, const double *ratios, double
         costs[k - 1] = (double)plan->split_rays[k - 1] / (double)n;
         chains += sqrt(plan_usual_cost(k) * plan->settings.split) * sums.excess[k] / (double)n;
     }
-    const plan_rates_figures_t sample = plan_rates_best(parts, costs, K, choice.rates);
+    const rates_figures_t sample = rates_best(parts, costs, K, choice.rates);
     choice.deviation = sqrt(sample.variance * sample.cost) + chains;
     choice.samples = sqrt(sample.variance / sample.cost);
     return choice;

@@ -4,8 +4,8 @@
 
 #include "plan/plan.h"
 #include "plan/plan_eras.h"
-#include "plan/plan_groups.h"
-#include "plan/plan_history.h"
+#include "stats/groups.h"
+#include "stats/history.h"
 #include "plan/plan_length.h"
 #include "plan/plan_nets.h"
 #include "plan/plan_passes.h"
@@ -86,16 +86,16 @@ struct plan {
                               the unit's size over the usual one of its length */
     exact_uint_t *strata;  /* chains: by length and block of the image the same of the block's sum, and of its
                               pixels; and a row of sums (plan_strata.c) */
-    plan_groups_t groups;
+    groups_t groups;
     plan_passes_t passes; /* of samples */
     plan_nets_t nets;     /* their points */
     plan_eras_t eras;
     plan_shorten_t shorten;
-    plan_history_t history; /* of the estimated error */
-    double predicted;       /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
-    float *features;        /* [pixels][WORK_FEATURE_CHANNELS] */
-    work_stats_t totals;    /* over all units (but for accepted, proposed: by length) */
-    stuck_t stuck;          /* likewise */
+    history_t history;   /* of the estimated error */
+    double predicted;    /* CPU seconds until the rule's error, by the history as it is; NaN while unknown */
+    float *features;     /* [pixels][WORK_FEATURE_CHANNELS] */
+    work_stats_t totals; /* over all units (but for accepted, proposed: by length) */
+    stuck_t stuck;       /* likewise */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
     double seconds;         /* as last told */

@@ -37,11 +37,10 @@ typedef struct render {
     bool has_regions;
 } render_t;
 
-static void region_blocks(int region, bool blocks[PLAN_GROUP_BLOCKS])
+static void region_blocks(int region, bool blocks[GROUPS_BLOCKS])
 {
-    for (int i = 0; i < PLAN_GROUP_BLOCKS; i++) {
-        const int x = i % PLAN_GROUP_SIDE * CUTS / PLAN_GROUP_SIDE,
-                  y = i / PLAN_GROUP_SIDE * CUTS / PLAN_GROUP_SIDE;
+    for (int i = 0; i < GROUPS_BLOCKS; i++) {
+        const int x = i % GROUPS_SIDE * CUTS / GROUPS_SIDE, y = i / GROUPS_SIDE * CUTS / GROUPS_SIDE;
         blocks[i] = y * CUTS + x == region;
     }
 }
@@ -73,7 +72,7 @@ static void render(render_t *out, const small_scene_t *small, const char *algori
     out->reliable = error.reliable;
     out->has_regions = true;
     for (int i = 0; i < REGIONS; i++) {
-        bool blocks[PLAN_GROUP_BLOCKS];
+        bool blocks[GROUPS_BLOCKS];
         region_blocks(i, blocks);
         out->has_regions &= plan_estimate_region(plan, blocks, &out->regions[i]);
     }

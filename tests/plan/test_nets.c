@@ -87,9 +87,9 @@ static void render(plan_render_t *render, noise_t noise, int passes)
 static double mean_of_blocks(const plan_t *plan, uint32_t from)
 {
     double sum = 0;
-    for (uint32_t b = 0; b < PLAN_GROUP_BLOCKS; b++)
-        if (b % PLAN_GROUP_SIDE >= from && b % PLAN_GROUP_SIDE < from + PLAN_GROUP_SIDE / 2)
-            sum += plan->nets.blocks[b] / (PLAN_GROUP_BLOCKS / 2);
+    for (uint32_t b = 0; b < GROUPS_BLOCKS; b++)
+        if (b % GROUPS_SIDE >= from && b % GROUPS_SIDE < from + GROUPS_SIDE / 2)
+            sum += plan->nets.blocks[b] / (GROUPS_BLOCKS / 2);
     return sum;
 }
 
@@ -133,7 +133,7 @@ static void blocks_have_their_own(void **state)
     const double half = 0.5 + 0.5 / 8, all = (1 + half) / 2, own = 24.0 / (24 + 64), sigma = sqrt(2.0 / NUMBERS);
     assert_near(plan->nets.all, all, 6 * sigma);
     assert_near(mean_of_blocks(plan, 0), own + (1 - own) * all, 6 * sigma);
-    assert_near(mean_of_blocks(plan, PLAN_GROUP_SIDE / 2), own * half + (1 - own) * all, 6 * sigma);
+    assert_near(mean_of_blocks(plan, GROUPS_SIDE / 2), own * half + (1 - own) * all, 6 * sigma);
     plan_render_close(&course);
 }
 

@@ -1,4 +1,4 @@
-/* plan_rates.h: how often independent samples go to which length (chain/cutoff.h).
+/* rates.h: how often independent samples go to which length (chain/cutoff.h).
  *
  * Let X_k be what a sample brings of length k, T_k = X_k + X_{k+1} + ... its tail, and L the length it goes to.
  * Where the L of a pixel's samples are spread evenly over their law, the variance of sum_{k <= L} X_k / rate_k is
@@ -9,21 +9,21 @@
  * what it costs to go from k - 1 to k. Without the order the product is least at rate_k in proportion to
  * sqrt(D_k / a_k), D_k being the difference of variances. With it neighbours that are out of order share one rate,
  * that of their sums (pool adjacent violators; Barlow, Bartholomew, Bremner, Brunk 1972). What the variances are
- * taken from is a small batch: no length is left to less than one sample in PLAN_RATES_SELDOM. */
-#ifndef PLAN_PLAN_RATES_H
-#define PLAN_PLAN_RATES_H
+ * taken from is a small batch: no length is left to less than one sample in RATES_SELDOM. */
+#ifndef STATS_RATES_H
+#define STATS_RATES_H
 
 #include <stdint.h>
 
-enum { PLAN_RATES_SELDOM = 16 };
+enum { RATES_SELDOM = 16 };
 
 /* Variance and cost of a sample. */
-typedef struct plan_rates_figures {
+typedef struct rates_figures {
     double variance, cost;
-} plan_rates_figures_t;
+} rates_figures_t;
 
 /* The rates that make variance x cost least: of length k = 1 .. count in [k - 1], as D_k in parts[] (below 0 counts
  * as 0) and a_k in costs[]. rates[0] is 1. count is at most PATH_MAX_LENGTH. */
-plan_rates_figures_t plan_rates_best(const double *parts, const double *costs, uint32_t count, double *rates);
+rates_figures_t rates_best(const double *parts, const double *costs, uint32_t count, double *rates);
 
 #endif

@@ -1,15 +1,15 @@
-#include "plan/plan_history.h"
+#include "stats/history.h"
 
 #include <math.h>
 #include <string.h>
 
-static double history_gap(const plan_history_t *history, uint32_t i)
+static double history_gap(const history_t *history, uint32_t i)
 {
     const double before = history->points[i - 1].cpu_seconds, after = history->points[i + 1].cpu_seconds;
     return before > 0 ? after / before : INFINITY;
 }
 
-static void history_thin(plan_history_t *history)
+static void history_thin(history_t *history)
 {
     uint32_t least = 1;
     for (uint32_t i = 2; i + 1 < history->count; i++)
@@ -20,7 +20,7 @@ static void history_thin(plan_history_t *history)
     history->count--;
 }
 
-void plan_history_add(plan_history_t *history, const plan_point_t *point)
+void history_add(history_t *history, const history_point_t *point)
 {
     if (!isfinite(point->relmse) || !isfinite(point->cpu_seconds) || !(point->relmse > 0) ||
         !(point->outlook > 0 && point->outlook <= point->relmse))
@@ -30,16 +30,16 @@ void plan_history_add(plan_history_t *history, const plan_point_t *point)
             history->points[history->count - 1] = *point;
         return;
     }
-    if (history->count == PLAN_HISTORY)
+    if (history->count == HISTORY_POINTS)
         history_thin(history);
     history->points[history->count++] = *point;
 }
 
-void plan_history_put(wire_writer_t *out, const plan_history_t *history)
+void history_put(wire_writer_t *out, const history_t *history)
 {
     wire_put_u32(out, history->count);
     for (uint32_t i = 0; i < history->count; i++) {
-        const plan_point_t *point = &history->points[i];
+        const history_point_t *point = &history->points[i];
         wire_put_f64(out, point->seconds);
         wire_put_f64(out, point->cpu_seconds);
         wire_put_f64(out, point->mutations);
@@ -49,20 +49,21 @@ void plan_history_put(wire_writer_t *out, const plan_history_t *history)
     }
 }
 
-fault_code_t plan_history_get(wire_reader_t *in, plan_history_t *history)
+fault_code_t history_get(wire_reader_t *in, history_t *history)
 {
     const uint32_t count = wire_get_u32(in, "history");
-    if (!in->code && count > PLAN_HISTORY)
-        return wire_reader_fail(in, FAULT_RANGE, "history", "%u points, expected at most %d", count, PLAN_HISTORY);
+    if (!in->code && count > HISTORY_POINTS)
+        return wire_reader_fail(in, FAULT_RANGE, "history", "%u points, expected at most %d", count,
+                                HISTORY_POINTS);
     for (uint32_t i = 0; i < count && !in->code; i++) {
-        plan_point_t point;
+        history_point_t point;
         point.seconds = wire_get_f64(in, "history");
         point.cpu_seconds = wire_get_f64(in, "history");
         point.mutations = wire_get_f64(in, "history");
         point.relmse = wire_get_f64(in, "history");
         point.spread = wire_get_f64(in, "history");
         point.outlook = wire_get_f64(in, "history");
-        plan_history_add(history, &point);
+        history_add(history, &point);
         if (!in->code &&
             (history->count != i + 1 || !(point.seconds >= 0 && point.cpu_seconds >= 0 && point.mutations >= 0)))
             return wire_reader_fail(in, FAULT_RANGE, "history", "point %u is negative, or not after the one before",

@@ -1,4 +1,4 @@
-#include "plan/plan_rates.h"
+#include "stats/rates.h"
 
 #include <math.h>
 
@@ -15,7 +15,7 @@ static double rates_of(const rates_block_t *block)
     return sqrt(block->part / block->cost);
 }
 
-plan_rates_figures_t plan_rates_best(const double *parts, const double *costs, uint32_t count, double *rates)
+rates_figures_t rates_best(const double *parts, const double *costs, uint32_t count, double *rates)
 {
     rates_block_t blocks[PATH_MAX_LENGTH];
     uint32_t used = 0;
@@ -28,10 +28,10 @@ plan_rates_figures_t plan_rates_best(const double *parts, const double *costs, u
             into->count += blocks[--used].count;
         }
     }
-    plan_rates_figures_t figures = {0};
+    rates_figures_t figures = {0};
     const double most = rates_of(&blocks[0]);
     for (uint32_t b = 0, k = 0; b < used; b++) {
-        const double rate = most > 0 ? fmax(rates_of(&blocks[b]) / most, 1.0 / PLAN_RATES_SELDOM) : 1;
+        const double rate = most > 0 ? fmax(rates_of(&blocks[b]) / most, 1.0 / RATES_SELDOM) : 1;
         figures.variance += blocks[b].part / rate;
         figures.cost += blocks[b].cost * rate;
         for (uint32_t i = 0; i < blocks[b].count; i++)

@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
-#include "plan/plan_jackknife.h"
+#include "stats/jackknife.h"
 #include "support/near.h"
 
 enum { RENDERS = 60, PIXELS = 2000 };
@@ -34,20 +34,20 @@ static double light_of(uint32_t i)
 
 /* Groups of one length, sizes of one to three units if they are `uneven`; a unit is the mean of `events` values.
  * The image is the sum over groups, over the number of units: factor[1]. */
-static void fill(plan_groups_t *groups, int events, bool uneven, double factor[2])
+static void fill(groups_t *groups, int events, bool uneven, double factor[2])
 {
     fault_t fault = {0};
     double units = 0;
-    assert_int_equal(plan_groups_init(groups, 1, PIXELS, &fault), FAULT_NONE);
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+    assert_int_equal(groups_init(groups, 1, PIXELS, &fault), FAULT_NONE);
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++) {
         const int size = uneven ? 1 + (int)(g % 3) : 1;
-        groups->counts[PLAN_GROUPS + g] = 1000 * (uint64_t)size;
+        groups->counts[GROUPS_COUNT + g] = 1000 * (uint64_t)size;
         units += size;
         for (uint32_t i = 0; i < PIXELS; i++) {
             double sum = 0;
             for (int e = 0; e < events * size; e++)
                 sum += exponential() / events;
-            groups->spots[(size_t)(PLAN_GROUPS + g) * PIXELS + i] = (exact_uint_t)(sum * light_of(i) / unit);
+            groups->spots[(size_t)(GROUPS_COUNT + g) * PIXELS + i] = (exact_uint_t)(sum * light_of(i) / unit);
         }
     }
     factor[0] = 0;
@@ -62,12 +62,12 @@ static double weight_of(double value)
 /* Weights at hand: right ones; or those of the image itself; or right ones with those of dark pixels halved. */
 typedef enum hand { RIGHT, OWN, HALVED } hand_t;
 
-static void weigh(const plan_groups_t *groups, double factor, hand_t hand, double weights[PLAN_SPOTS])
+static void weigh(const groups_t *groups, double factor, hand_t hand, double weights[GROUPS_SPOTS])
 {
     for (uint32_t i = 0; i < PIXELS; i++) {
         double value = 0;
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
-            value += factor * (double)groups->spots[(size_t)(PLAN_GROUPS + g) * PIXELS + i];
+        for (uint32_t g = 0; g < GROUPS_COUNT; g++)
+            value += factor * (double)groups->spots[(size_t)(GROUPS_COUNT + g) * PIXELS + i];
         weights[i] = weight_of(hand == OWN ? value : light_of(i)) * (hand == HALVED && i % 2 ? 0.5 : 1);
     }
 }
@@ -82,13 +82,13 @@ static figures_t measure(int events, bool uneven, hand_t hand, double prior)
     figures_t out = {0};
     double squares = 0;
     for (int r = 0; r < RENDERS; r++) {
-        plan_groups_t groups;
-        plan_jackknife_t found;
-        double factor[2], weights[PLAN_SPOTS];
+        groups_t groups;
+        jackknife_t found;
+        double factor[2], weights[GROUPS_SPOTS];
         fill(&groups, events, uneven, factor);
         weigh(&groups, factor[1], hand, weights);
-        assert_true(plan_jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, prior));
-        plan_groups_clear(&groups);
+        assert_true(jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, prior));
+        groups_clear(&groups);
         out.ratio += found.ratio / RENDERS;
         squares += found.ratio * found.ratio / RENDERS;
         out.told += found.error * found.error / RENDERS;
@@ -121,18 +121,18 @@ static void weights_of_the_image_itself_are_made_right(void **state)
     const uint64_t begin = counter;
     double right = 0, own = 0;
     for (int r = 0; r < RENDERS; r++) {
-        plan_groups_t groups;
-        double factor[2], weights[PLAN_SPOTS];
+        groups_t groups;
+        double factor[2], weights[GROUPS_SPOTS];
         fill(&groups, 1, false, factor);
         weigh(&groups, factor[1], OWN, weights);
         for (uint32_t i = 0; i < PIXELS; i++)
-            for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+            for (uint32_t g = 0; g < GROUPS_COUNT; g++) {
                 const double light =
-                    (double)groups.spots[(size_t)(PLAN_GROUPS + g) * PIXELS + i] * unit - light_of(i);
+                    (double)groups.spots[(size_t)(GROUPS_COUNT + g) * PIXELS + i] * unit - light_of(i);
                 own += weights[i] * light * light;
                 right += weight_of(light_of(i)) * light * light;
             }
-        plan_groups_clear(&groups);
+        groups_clear(&groups);
     }
     print_message("right over own weights: %.4f\n", right / own);
     assert_true(right / own > 1.05);
@@ -167,21 +167,21 @@ static void a_prior_is_weighed_against_the_groups(void **state)
 static void where_little_is_known_the_ratio_is_one(void **state)
 {
     (void)state;
-    plan_groups_t groups;
-    plan_jackknife_t found;
-    double factor[2], weights[PLAN_SPOTS];
+    groups_t groups;
+    jackknife_t found;
+    double factor[2], weights[GROUPS_SPOTS];
     fill(&groups, 3, false, factor);
     weigh(&groups, factor[1], HALVED, weights);
-    groups.counts[PLAN_GROUPS + 5] = 0; /* a group without units */
-    assert_false(plan_jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, 0.25));
+    groups.counts[GROUPS_COUNT + 5] = 0; /* a group without units */
+    assert_false(jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, 0.25));
     assert_true(found.ratio == 1 && found.error == 0 && found.room == 0);
-    groups.counts[PLAN_GROUPS + 5] = 1000;
+    groups.counts[GROUPS_COUNT + 5] = 1000;
     for (uint32_t i = 0; i < PIXELS; i++) /* and light of a single one: the others' image is another one */
-        for (uint32_t g = 1; g < PLAN_GROUPS; g++)
-            groups.spots[(size_t)(PLAN_GROUPS + g) * PIXELS + i] /= 1000;
-    assert_false(plan_jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, 0.25));
+        for (uint32_t g = 1; g < GROUPS_COUNT; g++)
+            groups.spots[(size_t)(GROUPS_COUNT + g) * PIXELS + i] /= 1000;
+    assert_false(jackknife_measure(&found, &groups, factor, factor, 0.01 * 0.55 * 0.55, weights, 0.25));
     assert_true(found.ratio == 1 && found.error == 0 && found.room == 0);
-    plan_groups_clear(&groups);
+    groups_clear(&groups);
 }
 
 int main(void)

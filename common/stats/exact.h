@@ -1,7 +1,7 @@
 /* exact.h: sums of doubles that do not depend on the order of the summands: 128-bit fixed point in a chosen unit.
  * Each summand is rounded to 2^-40 of the unit; the sum of the rounded values is exact. */
-#ifndef PLAN_EXACT_H
-#define PLAN_EXACT_H
+#ifndef STATS_EXACT_H
+#define STATS_EXACT_H
 
 #include <stdint.h>
 

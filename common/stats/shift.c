@@ -1,4 +1,4 @@
-#include "plan/plan_shift.h"
+#include "stats/shift.h"
 
 #include <math.h>
 
@@ -6,14 +6,14 @@
  * the same cost. */
 static const double SHIFT_PRIOR = 4, SHIFT_MOVE = 4, SHIFT_WORTH = 0.02;
 
-static bool shift_is_known(const plan_shift_length_t *length)
+static bool shift_is_known(const shift_length_t *length)
 {
     return length->prior > 0 && length->units >= 2;
 }
 
 /* The variances that go with the pilot's shares are prior^2 cost but for one factor: that which makes the error at
  * unit cost, (sum sqrt(v c))^2, of the lengths that are known what it was measured to be. */
-static double shift_scale(const plan_shift_length_t *lengths, uint32_t count)
+static double shift_scale(const shift_length_t *lengths, uint32_t count)
 {
     double measured = 0, implied = 0;
     for (uint32_t k = 0; k < count; k++) {
@@ -25,7 +25,7 @@ static double shift_scale(const plan_shift_length_t *lengths, uint32_t count)
     return implied > 0 ? measured / implied : 0;
 }
 
-static double shift_variance(const plan_shift_length_t *length, double scale)
+static double shift_variance(const shift_length_t *length, double scale)
 {
     const double prior = scale * scale * length->prior * length->prior * length->cost;
     if (!shift_is_known(length))
@@ -34,7 +34,7 @@ static double shift_variance(const plan_shift_length_t *length, double scale)
 }
 
 /* Error times cost. */
-static double shift_product(const plan_shift_length_t *lengths, uint32_t count, const double *variances,
+static double shift_product(const shift_length_t *lengths, uint32_t count, const double *variances,
                             const double *shares)
 {
     double error = 0, cost = 0;
@@ -48,11 +48,11 @@ static double shift_product(const plan_shift_length_t *lengths, uint32_t count, 
 }
 
 /* What is asked for, within bounds, and made to add up: those inside their bounds give or take in proportion. */
-static void shift_fit(const plan_shift_length_t *lengths, uint32_t count, double *shares)
+static void shift_fit(const shift_length_t *lengths, uint32_t count, double *shares)
 {
-    double all = 0, low[PLAN_SHIFT_MOST], high[PLAN_SHIFT_MOST], factor_low = 0, factor_high = INFINITY;
+    double all = 0, low[SHIFT_MOST], high[SHIFT_MOST], factor_low = 0, factor_high = INFINITY;
     for (uint32_t k = 0; k < count; k++) {
-        const plan_shift_length_t *length = &lengths[k];
+        const shift_length_t *length = &lengths[k];
         all += length->last;
         low[k] = fmin(length->last, fmax(length->least, length->last / SHIFT_MOVE));
         high[k] = length->last * SHIFT_MOVE;
@@ -76,10 +76,10 @@ static void shift_fit(const plan_shift_length_t *lengths, uint32_t count, double
         shares[k] *= all / sum;
 }
 
-bool plan_shift_shares(const plan_shift_length_t *lengths, uint32_t count, double *shares)
+bool shift_shares(const shift_length_t *lengths, uint32_t count, double *shares)
 {
     const double scale = shift_scale(lengths, count);
-    double variances[PLAN_SHIFT_MOST], last[PLAN_SHIFT_MOST];
+    double variances[SHIFT_MOST], last[SHIFT_MOST];
     for (uint32_t k = 0; k < count; k++) {
         variances[k] = shift_variance(&lengths[k], scale);
         last[k] = lengths[k].last;

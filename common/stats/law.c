@@ -1,4 +1,4 @@
-#include "plan/plan_law.h"
+#include "stats/law.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -11,7 +11,7 @@ static const double LAW_POWER = 0.5, LAW_POWER_SPREAD = 0.025, LAW_POWER_STEP = 
 static const double LAW_NOISE_LEAST = 0.01, LAW_NOISE_UNKNOWN = 0.3;
 
 /* The relative standard error of an error is half that of its square. */
-static double law_noise(const plan_point_t *point)
+static double law_noise(const history_point_t *point)
 {
     const double noise = 0.5 * point->spread;
     return isfinite(noise) ? fmax(noise, LAW_NOISE_LEAST) : LAW_NOISE_UNKNOWN;
@@ -27,7 +27,7 @@ static double law_sum(double floor, double p, double t)
 
 /* Points that are far less sure than the last, or do not know how sure they are, are left out beside it: what they
  * are off by, all in the same way, would be taken for a law. */
-static bool law_counts(const plan_history_t *history, uint32_t count, uint32_t i)
+static bool law_counts(const history_t *history, uint32_t count, uint32_t i)
 {
     const double last = history->points[count - 1].spread;
     return !isfinite(last) || history->points[i].spread <= 2 * last;
@@ -36,8 +36,7 @@ static bool law_counts(const plan_history_t *history, uint32_t count, uint32_t i
 /* The best c for p and a floor that is the part `share` of the last error; minus the logarithm of how likely the
  * series is with it. relMSE is a mean of squares over t^2: what is added between two points is independent of what
  * was before, its relative variance in proportion to 1 / (time between them). */
-static double law_try(const plan_law_t *law, const plan_history_t *history, uint32_t count, double share,
-                      plan_law_fit_t *fit)
+static double law_try(const law_t *law, const history_t *history, uint32_t count, double share, law_fit_t *fit)
 {
     const double end = history->points[count - 1].cpu_seconds - law->pilot,
                  floor = share / (1 - share) * pow(end, -fit->p);
@@ -63,18 +62,17 @@ static double law_try(const plan_law_t *law, const plan_history_t *history, uint
     return 0.5 * squares / (4 * law->noise * law->noise * mean * mean) + 0.5 * z * z + share / LAW_FLOOR_SPREAD;
 }
 
-bool plan_law_fit(plan_law_t *law, const plan_history_t *history, uint32_t count, double pilot)
+bool law_fit(law_t *law, const history_t *history, uint32_t count, double pilot)
 {
-    *law = (plan_law_t){.pilot = pilot};
+    *law = (law_t){.pilot = pilot};
     if (count == 0 || !(history->points[count - 1].cpu_seconds > pilot))
         return false;
-    double costs[PLAN_LAW_FITS], least = INFINITY, sum = 0;
+    double costs[LAW_FITS], least = INFINITY, sum = 0;
     law->noise = law_noise(&history->points[count - 1]);
-    for (int i = 0; i < PLAN_LAW_FITS; i++) {
-        plan_law_fit_t *fit = &law->fits[i];
-        fit->p = LAW_POWER + LAW_POWER_STEP * (i / PLAN_LAW_FLOORS - PLAN_LAW_POWERS / 2);
-        costs[i] =
-            law_try(law, history, count, LAW_FLOOR_MOST * (i % PLAN_LAW_FLOORS) / (PLAN_LAW_FLOORS - 1), fit);
+    for (int i = 0; i < LAW_FITS; i++) {
+        law_fit_t *fit = &law->fits[i];
+        fit->p = LAW_POWER + LAW_POWER_STEP * (i / LAW_FLOORS - LAW_POWERS / 2);
+        costs[i] = law_try(law, history, count, LAW_FLOOR_MOST * (i % LAW_FLOORS) / (LAW_FLOORS - 1), fit);
         if (costs[i] < least) {
             least = costs[i];
             law->a = fit->a;
@@ -84,20 +82,20 @@ bool plan_law_fit(plan_law_t *law, const plan_history_t *history, uint32_t count
     }
     if (!(least < INFINITY))
         return false;
-    for (int i = 0; i < PLAN_LAW_FITS; i++)
+    for (int i = 0; i < LAW_FITS; i++)
         sum += law->fits[i].weight = exp(least - costs[i]);
-    for (int i = 0; i < PLAN_LAW_FITS; i++)
+    for (int i = 0; i < LAW_FITS; i++)
         law->fits[i].weight /= sum;
     return true;
 }
 
-typedef struct law_time {
+typedef struct law_draw {
     double time, weight;
-} law_time_t;
+} law_draw_t;
 
 static int law_compare(const void *a, const void *b)
 {
-    const double x = ((const law_time_t *)a)->time, y = ((const law_time_t *)b)->time;
+    const double x = ((const law_draw_t *)a)->time, y = ((const law_draw_t *)b)->time;
     return x < y ? -1 : x > y;
 }
 
@@ -107,7 +105,7 @@ static const double law_nodes[LAW_NODES] = {-1.7320508075688772, 0, 1.7320508075
                     law_node_weights[LAW_NODES] = {1.0 / 6, 2.0 / 3, 1.0 / 6};
 
 /* Where the weights below, and half of the one at hand, reach `part`: between two times in proportion. */
-static double law_quantile(const law_time_t *times, int count, double part)
+static double law_quantile(const law_draw_t *times, int count, double part)
 {
     double below = 0, at = 0, time = times[0].time;
     for (int i = 0; i < count; i++) {
@@ -123,17 +121,17 @@ static double law_quantile(const law_time_t *times, int count, double part)
     return time;
 }
 
-plan_law_time_t plan_law_time(const plan_law_t *law, double error)
+law_time_t law_time(const law_t *law, double error)
 {
-    law_time_t times[PLAN_LAW_FITS * LAW_NODES];
-    for (int i = 0; i < PLAN_LAW_FITS * LAW_NODES; i++) {
-        const plan_law_fit_t *fit = &law->fits[i / LAW_NODES];
+    law_draw_t times[LAW_FITS * LAW_NODES];
+    for (int i = 0; i < LAW_FITS * LAW_NODES; i++) {
+        const law_fit_t *fit = &law->fits[i / LAW_NODES];
         const double c = fit->c * exp(law_nodes[i % LAW_NODES] * law->noise);
         times[i].time = error > fit->a ? law->pilot + pow(c / (error - fit->a), 1 / fit->p) : INFINITY;
         times[i].weight = fit->weight * law_node_weights[i % LAW_NODES];
     }
-    qsort(times, PLAN_LAW_FITS * LAW_NODES, sizeof *times, law_compare);
-    return (plan_law_time_t){law_quantile(times, PLAN_LAW_FITS * LAW_NODES, 0.5),
-                             law_quantile(times, PLAN_LAW_FITS * LAW_NODES, 0.025),
-                             law_quantile(times, PLAN_LAW_FITS * LAW_NODES, 0.975)};
+    qsort(times, LAW_FITS * LAW_NODES, sizeof *times, law_compare);
+    return (law_time_t){law_quantile(times, LAW_FITS * LAW_NODES, 0.5),
+                        law_quantile(times, LAW_FITS * LAW_NODES, 0.025),
+                        law_quantile(times, LAW_FITS * LAW_NODES, 0.975)};
 }

@@ -1,9 +1,9 @@
-#include "plan/plan_jackknife.h"
+#include "stats/jackknife.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-enum { JACKKNIFE_PAIRS = PLAN_GROUPS / 2, JACKKNIFE_REST = PLAN_GROUPS - 2 };
+enum { JACKKNIFE_PAIRS = GROUPS_COUNT / 2, JACKKNIFE_REST = GROUPS_COUNT - 2 };
 
 /* Images at the spots of one pair, groups 2 p and 2 p + 1: [spots] each. */
 typedef struct jackknife_pair {
@@ -16,7 +16,7 @@ typedef struct jackknife_images {
     uint32_t n;
     double *data;
     double *all; /* the render's image */
-    double *own; /* [PLAN_GROUPS][n]: of one length, by group */
+    double *own; /* [GROUPS_COUNT][n]: of one length, by group */
     /* Sums over lengths and pairs of squared differences, by the weights at hand: as errors of the image, and as
      * independent groups would have them. */
     double errors, independent;
@@ -25,14 +25,14 @@ typedef struct jackknife_images {
 
 static bool jackknife_open(jackknife_images_t *images, uint32_t n)
 {
-    const size_t of_pair = 2 + JACKKNIFE_REST, count = 1 + PLAN_GROUPS + of_pair * JACKKNIFE_PAIRS;
+    const size_t of_pair = 2 + JACKKNIFE_REST, count = 1 + GROUPS_COUNT + of_pair * JACKKNIFE_PAIRS;
     *images = (jackknife_images_t){.n = n, .data = calloc(count * n, sizeof *images->data)};
     if (!images->data)
         return false;
     images->all = images->data;
     images->own = images->all + n;
     for (size_t p = 0; p < JACKKNIFE_PAIRS; p++) {
-        double *first = images->own + (PLAN_GROUPS + of_pair * p) * n;
+        double *first = images->own + (GROUPS_COUNT + of_pair * p) * n;
         images->pairs[p].difference = first;
         images->pairs[p].rest = first + n;
         for (size_t j = 0; j < JACKKNIFE_REST; j++)
@@ -74,14 +74,14 @@ static void jackknife_add_pair(jackknife_images_t *images, int p, const uint64_t
 }
 
 /* False if a group has none of the length. */
-static bool jackknife_add(jackknife_images_t *images, const plan_groups_t *groups, uint32_t k, double factor,
+static bool jackknife_add(jackknife_images_t *images, const groups_t *groups, uint32_t k, double factor,
                           double errors, const double *weights)
 {
     const uint32_t n = images->n;
-    const uint64_t *counts = groups->counts + (size_t)k * PLAN_GROUPS;
-    const exact_uint_t *spots = groups->spots + (size_t)k * PLAN_GROUPS * n;
-    double sums[PLAN_SPOTS] = {0}, all = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+    const uint64_t *counts = groups->counts + (size_t)k * GROUPS_COUNT;
+    const exact_uint_t *spots = groups->spots + (size_t)k * GROUPS_COUNT * n;
+    double sums[GROUPS_SPOTS] = {0}, all = 0;
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++) {
         if (counts[g] == 0)
             return false;
         all += (double)counts[g];
@@ -99,7 +99,7 @@ static bool jackknife_add(jackknife_images_t *images, const plan_groups_t *group
 }
 
 /* All lengths that are in the image. */
-static bool jackknife_lengths(jackknife_images_t *images, const plan_groups_t *groups, const double *factor,
+static bool jackknife_lengths(jackknife_images_t *images, const groups_t *groups, const double *factor,
                               const double *errors, const double *weights)
 {
     bool some = false;
@@ -147,7 +147,7 @@ static jackknife_sums_t jackknife_sum(const jackknife_images_t *images, int p, d
 static double jackknife_steps(const jackknife_images_t *images)
 {
     const double even = images->errors / images->independent, rest = JACKKNIFE_REST;
-    return (even / PLAN_GROUPS + 1 / rest - 1.0 / PLAN_GROUPS) / (1 / (rest - 1) - 1 / rest);
+    return (even / GROUPS_COUNT + 1 / rest - 1.0 / GROUPS_COUNT) / (1 / (rest - 1) - 1 / rest);
 }
 
 static double jackknife_right(const jackknife_sums_t *sums, double steps)
@@ -156,8 +156,7 @@ static double jackknife_right(const jackknife_sums_t *sums, double steps)
 }
 
 /* What the pairs say; false if it is nothing. */
-static bool jackknife_ratio(plan_jackknife_t *out, const jackknife_images_t *images, double floor,
-                            const double *weights)
+static bool jackknife_ratio(jackknife_t *out, const jackknife_images_t *images, double floor, const double *weights)
 {
     jackknife_sums_t pairs[JACKKNIFE_PAIRS], all = {0};
     double squares = 0;
@@ -182,12 +181,12 @@ static bool jackknife_ratio(plan_jackknife_t *out, const jackknife_images_t *ima
     return true;
 }
 
-bool plan_jackknife_measure(plan_jackknife_t *out, const plan_groups_t *groups, const double *factor,
-                            const double *errors, double floor, const double weights[PLAN_SPOTS], double prior)
+bool jackknife_measure(jackknife_t *out, const groups_t *groups, const double *factor, const double *errors,
+                       double floor, const double weights[GROUPS_SPOTS], double prior)
 {
     jackknife_images_t images;
-    plan_jackknife_t found;
-    *out = (plan_jackknife_t){.ratio = 1};
+    jackknife_t found;
+    *out = (jackknife_t){.ratio = 1};
     if (!jackknife_open(&images, groups->spot_count))
         return false;
     const bool known = jackknife_lengths(&images, groups, factor, errors, weights) &&
@@ -196,6 +195,6 @@ bool plan_jackknife_measure(plan_jackknife_t *out, const plan_groups_t *groups, 
     if (!known)
         return false;
     const double part = prior * prior / (prior * prior + found.error * found.error);
-    *out = (plan_jackknife_t){1 + part * (found.ratio - 1), sqrt(part) * found.error, part * found.room};
+    *out = (jackknife_t){1 + part * (found.ratio - 1), sqrt(part) * found.error, part * found.room};
     return true;
 }

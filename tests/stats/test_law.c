@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
-#include "plan/plan_law.h"
+#include "stats/law.h"
 #include "support/normal.h"
 
 static uint64_t counter;
@@ -30,12 +30,12 @@ static double exact(double a, double c, double p, double t)
 }
 
 /* Points after each tenth more work, without noise; a pilot of three seconds. */
-static plan_history_t history_exact(double a, double c, double p, double end)
+static history_t history_exact(double a, double c, double p, double end)
 {
-    plan_history_t history = {.count = 0};
+    history_t history = {.count = 0};
     for (double t = 0.5; t <= end; t *= 1.1) {
         const double error = exact(a, c, p, t);
-        plan_history_add(&history, &(plan_point_t){t, t + 3, t * 1e6, error * error, 0.02, error * error});
+        history_add(&history, &(history_point_t){t, t + 3, t * 1e6, error * error, 0.02, error * error});
     }
     return history;
 }
@@ -45,12 +45,12 @@ static void exact_laws_are_found(void **state)
     (void)state;
     static const double powers[] = {0.5, 0.45, 0.4};
     for (int i = 0; i < 3; i++) {
-        const plan_history_t history = history_exact(0, 0.7, powers[i], 1000);
-        plan_law_t law;
-        assert_true(plan_law_fit(&law, &history, history.count, 3));
+        const history_t history = history_exact(0, 0.7, powers[i], 1000);
+        law_t law;
+        assert_true(law_fit(&law, &history, history.count, 3));
         for (double error = 0.05; error > 0.005; error /= 2) { /* near the end of the series and beyond it */
             const double wanted = 3 + pow(0.7 / error, 1 / powers[i]);
-            const plan_law_time_t time = plan_law_time(&law, error);
+            const law_time_t time = law_time(&law, error);
             if (!(time.low <= wanted && wanted <= time.high))
                 fail_msg("p %g, error %g: %g to %g, expected %g", powers[i], error, time.low, time.high, wanted);
             if (powers[i] == 0.5 && wanted < 1000) /* the prior's own */
@@ -64,11 +64,11 @@ static void exact_laws_are_found(void **state)
 static void a_floor_is_noticed(void **state)
 {
     (void)state;
-    const plan_history_t history = history_exact(0.05, 0.7, 0.5, 1e5);
-    plan_law_t law;
-    assert_true(plan_law_fit(&law, &history, history.count, 3));
+    const history_t history = history_exact(0.05, 0.7, 0.5, 1e5);
+    law_t law;
+    assert_true(law_fit(&law, &history, history.count, 3));
     assert_true(law.a > 0.03 && law.a < 0.06);
-    assert_true(plan_law_time(&law, 0.01).median == INFINITY);
+    assert_true(law_time(&law, 0.01).median == INFINITY);
 }
 
 /* Early points that are off by a half in their error, and do not know how far they are, or are unsure: the end is
@@ -76,47 +76,47 @@ static void a_floor_is_noticed(void **state)
 static void points_that_are_unsure_do_not_count_beside_others(void **state)
 {
     (void)state;
-    plan_law_t law, all;
-    plan_history_t history = history_exact(0, 0.7, 0.5, 100), clean = {.count = 0};
+    law_t law, all;
+    history_t history = history_exact(0, 0.7, 0.5, 100), clean = {.count = 0};
     for (uint32_t i = 0; i < history.count; i++) {
-        plan_point_t *point = &history.points[i];
+        history_point_t *point = &history.points[i];
         if (point->cpu_seconds < 43) {
             point->relmse *= 2.25;
             point->outlook = point->relmse;
             continue;
         }
-        plan_history_add(&clean, point);
+        history_add(&clean, point);
     }
-    assert_true(plan_law_fit(&all, &history, history.count, 3));
+    assert_true(law_fit(&all, &history, history.count, 3));
     for (uint32_t i = 0; i < history.count; i++)
         if (history.points[i].cpu_seconds < 43)
             history.points[i].spread = i % 2 ? NAN : 0.05;
-    assert_true(plan_law_fit(&law, &history, history.count, 3));
-    const double with = plan_law_time(&all, 0.01).median, without = plan_law_time(&law, 0.01).median;
+    assert_true(law_fit(&law, &history, history.count, 3));
+    const double with = law_time(&all, 0.01).median, without = law_time(&law, 0.01).median;
     print_message("%g s by all points, %g s by those that know their error, %g s it is\n", with, without, 4903.0);
     assert_true(fabs(without / 4903 - 1) < 0.05 && !(fabs(with / 4903 - 1) < 0.2));
-    assert_true(plan_law_fit(&all, &clean, clean.count, 3));
-    assert_true(plan_law_time(&all, 0.01).median == without);
+    assert_true(law_fit(&all, &clean, clean.count, 3));
+    assert_true(law_time(&all, 0.01).median == without);
 }
 
 static void too_few_points_are_no_law(void **state)
 {
     (void)state;
-    plan_history_t history = {.count = 0};
-    plan_law_t law;
-    assert_false(plan_law_fit(&law, &history, 0, 0));
-    plan_history_add(&history, &(plan_point_t){1, 2, 1e6, 0.04, NAN, 0.04});
-    assert_false(plan_law_fit(&law, &history, 1, 2));
-    assert_true(plan_law_fit(&law, &history, 1, 1)); /* one: the law of independent samples */
-    const plan_law_time_t time = plan_law_time(&law, 0.02);
+    history_t history = {.count = 0};
+    law_t law;
+    assert_false(law_fit(&law, &history, 0, 0));
+    history_add(&history, &(history_point_t){1, 2, 1e6, 0.04, NAN, 0.04});
+    assert_false(law_fit(&law, &history, 1, 2));
+    assert_true(law_fit(&law, &history, 1, 1)); /* one: the law of independent samples */
+    const law_time_t time = law_time(&law, 0.02);
     assert_true(time.low < 101 && time.high > 101 && fabs(time.median / 101 - 1) < 0.1);
 }
 
 /* A render of units whose squares have a relative spread of `tail` each: what is estimated after n units is their
  * mean over n. Points as a plan makes them, after a tenth more units each. */
-static plan_history_t history_of_units(int units, double tail)
+static history_t history_of_units(int units, double tail)
 {
-    plan_history_t history = {.count = 0};
+    history_t history = {.count = 0};
     double sum = 0, squares = 0;
     int next = 16;
     for (int n = 1; n <= units; n++) {
@@ -127,7 +127,7 @@ static plan_history_t history_of_units(int units, double tail)
             continue;
         next = n + (n / 10 > 8 ? n / 10 : 8);
         const double mean = sum / n, spread = sqrt((squares / n - mean * mean) / (n - 1)) / mean;
-        plan_history_add(&history, &(plan_point_t){n * 0.5, 2 + n * 0.5, n * 1e6, mean / n, spread, mean / n});
+        history_add(&history, &(history_point_t){n * 0.5, 2 + n * 0.5, n * 1e6, mean / n, spread, mean / n});
     }
     return history;
 }
@@ -142,14 +142,14 @@ static void the_first_tenth_foretells_the_end(void **state)
     enum { RUNS = 200, UNITS = 1000 };
     int near = 0, covered = 0, above = 0;
     for (int run = 0; run < RUNS; run++) {
-        const plan_history_t history = history_of_units(UNITS, 1);
+        const history_t history = history_of_units(UNITS, 1);
         uint32_t count = 0;
         const double end = history.points[history.count - 1].cpu_seconds;
         while (history.points[count].cpu_seconds <= 0.1 * end)
             count++;
-        plan_law_t law;
-        assert_true(plan_law_fit(&law, &history, count, 2));
-        const plan_law_time_t time = plan_law_time(&law, sqrt(history.points[history.count - 1].relmse));
+        law_t law;
+        assert_true(law_fit(&law, &history, count, 2));
+        const law_time_t time = law_time(&law, sqrt(history.points[history.count - 1].relmse));
         near += fabs(time.median / end - 1) < 0.2;
         covered += time.low <= end && end <= time.high;
         above += time.median > end;
@@ -164,21 +164,21 @@ static void the_first_tenth_foretells_the_end(void **state)
 static void histories_stay_even(void **state)
 {
     (void)state;
-    plan_history_t history = {.count = 0};
+    history_t history = {.count = 0};
     for (int i = 1; i <= 100000; i++)
-        plan_history_add(&history, &(plan_point_t){i, i, i, 1.0 / i, 0.1, 1.0 / i});
-    assert_int_equal(history.count, PLAN_HISTORY);
-    assert_true(history.points[0].cpu_seconds == 1 && history.points[PLAN_HISTORY - 1].cpu_seconds == 100000);
-    const double even = pow(1e5, 1.0 / (PLAN_HISTORY - 1));
-    for (uint32_t i = 30; i + 1 < PLAN_HISTORY; i++) { /* before that there are whole numbers only */
+        history_add(&history, &(history_point_t){i, i, i, 1.0 / i, 0.1, 1.0 / i});
+    assert_int_equal(history.count, HISTORY_POINTS);
+    assert_true(history.points[0].cpu_seconds == 1 && history.points[HISTORY_POINTS - 1].cpu_seconds == 100000);
+    const double even = pow(1e5, 1.0 / (HISTORY_POINTS - 1));
+    for (uint32_t i = 30; i + 1 < HISTORY_POINTS; i++) { /* before that there are whole numbers only */
         const double gap = history.points[i + 1].cpu_seconds / history.points[i].cpu_seconds;
         assert_true(gap > 1 && gap < even * even * even);
     }
-    const plan_point_t bad[] = {{1, 1e6, 1, NAN, 0, 1}, {1, NAN, 1, 1, 0, 1},   {1, 1e6, 1, -1, 0, 1},
-                                {1, 1e6, 1, 1, 0, 2},   {1, 1e6, 1, 1, 0, NAN}, {1, 5, 1, 1, 0, 1}};
+    const history_point_t bad[] = {{1, 1e6, 1, NAN, 0, 1}, {1, NAN, 1, 1, 0, 1},   {1, 1e6, 1, -1, 0, 1},
+                                   {1, 1e6, 1, 1, 0, 2},   {1, 1e6, 1, 1, 0, NAN}, {1, 5, 1, 1, 0, 1}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
-        plan_history_add(&history, &bad[i]);
-    assert_true(history.count == PLAN_HISTORY && history.points[PLAN_HISTORY - 1].cpu_seconds == 100000);
+        history_add(&history, &bad[i]);
+    assert_true(history.count == HISTORY_POINTS && history.points[HISTORY_POINTS - 1].cpu_seconds == 100000);
 }
 
 int main(void)

@@ -1,10 +1,10 @@
-#include "plan/plan_scatter.h"
+#include "stats/scatter.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 enum {
-    SCATTER_DRAWS = PLAN_GROUPS - 1,
+    SCATTER_DRAWS = GROUPS_COUNT - 1,
     SCATTER_LEAST = 3,                 /* groups */
     SCATTER_BANDS = 4 * SCATTER_DRAWS, /* of the image, for what units of nets leave */
 };
@@ -12,18 +12,18 @@ enum {
 /* A length's groups at the spots. */
 typedef struct scatter_spots {
     const uint64_t *counts;
-    const exact_uint_t *sums; /* [PLAN_GROUPS][spots] */
-    double count, alike;      /* N; how many groups of one size they are worth */
-    double light[PLAN_SPOTS]; /* of all groups */
+    const exact_uint_t *sums;   /* [GROUPS_COUNT][spots] */
+    double count, alike;        /* N; how many groups of one size they are worth */
+    double light[GROUPS_SPOTS]; /* of all groups */
 } scatter_spots_t;
 
-static void scatter_open(scatter_spots_t *spots, const plan_groups_t *groups, uint32_t k)
+static void scatter_open(scatter_spots_t *spots, const groups_t *groups, uint32_t k)
 {
     const uint32_t n = groups->spot_count;
     double squares = 0;
-    *spots = (scatter_spots_t){.counts = groups->counts + (size_t)k * PLAN_GROUPS,
-                               .sums = groups->spots + (size_t)k * PLAN_GROUPS * n};
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+    *spots = (scatter_spots_t){.counts = groups->counts + (size_t)k * GROUPS_COUNT,
+                               .sums = groups->spots + (size_t)k * GROUPS_COUNT * n};
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++) {
         const double count = (double)spots->counts[g];
         spots->count += count;
         squares += count * count;
@@ -48,7 +48,7 @@ static double scatter_deviate(const scatter_spots_t *spots, uint32_t n, uint32_t
 
 static double scatter_contrast(uint32_t draw, uint32_t at, uint32_t present)
 {
-    if (present == PLAN_GROUPS)
+    if (present == GROUPS_COUNT)
         return __builtin_parity((draw + 1) & at) ? -1 : 1;
     return cos(M_PI * (1 + draw % (present - 1)) * (at + 0.5) / present);
 }
@@ -58,36 +58,36 @@ static double scatter_contrast(uint32_t draw, uint32_t at, uint32_t present)
  * of so many, over and over. Each is scaled so that its variance is that of the sum of all groups, whatever their
  * sizes n_g: for deviations x_g - n_g mean of independent x_g, of variances n_g, sum v_g^2 n_g - (sum v_g n_g)^2 /
  * N becomes N. */
-static void scatter_contrasts(const scatter_spots_t *spots, double contrasts[SCATTER_DRAWS][PLAN_GROUPS])
+static void scatter_contrasts(const scatter_spots_t *spots, double contrasts[SCATTER_DRAWS][GROUPS_COUNT])
 {
     const uint64_t *counts = spots->counts;
     uint32_t present = 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++)
         present += counts[g] > 0;
     for (uint32_t j = 0; j < SCATTER_DRAWS; j++) {
         double own = 0, sum = 0;
-        for (uint32_t g = 0, at = 0; g < PLAN_GROUPS; g++) {
+        for (uint32_t g = 0, at = 0; g < GROUPS_COUNT; g++) {
             const double v = counts[g] > 0 ? scatter_contrast(j, at++, present) : 0;
             contrasts[j][g] = v;
             own += v * v * (double)counts[g];
             sum += v * (double)counts[g];
         }
         const double scale = sqrt(spots->count / (own - sum * sum / spots->count));
-        for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+        for (uint32_t g = 0; g < GROUPS_COUNT; g++)
             contrasts[j][g] *= scale;
     }
 }
 
 /* Of a render. */
 typedef struct scatter_sums {
-    double *draws;             /* [SCATTER_DRAWS][spots]: errors */
-    double parts[PLAN_GROUPS]; /* squared deviations of each group */
+    double *draws;              /* [SCATTER_DRAWS][spots]: errors */
+    double parts[GROUPS_COUNT]; /* squared deviations of each group */
     double all, over_freedom;
 } scatter_sums_t;
 
 /* Adds a group's deviations to the draws, in [draw] by one contrast each: in a band of the image the next draw has
  * the next contrast. */
-static void scatter_draw_group(scatter_sums_t *sums, uint32_t n, double contrasts[SCATTER_DRAWS][PLAN_GROUPS],
+static void scatter_draw_group(scatter_sums_t *sums, uint32_t n, double contrasts[SCATTER_DRAWS][GROUPS_COUNT],
                                uint32_t g, const double *part, uint32_t bands)
 {
     for (uint32_t band = 0; band < bands; band++)
@@ -103,9 +103,9 @@ static void scatter_draw_group(scatter_sums_t *sums, uint32_t n, double contrast
 static void scatter_add(scatter_sums_t *sums, const scatter_spots_t *spots, uint32_t n, double factor,
                         const double *weights, bool nets)
 {
-    double contrasts[SCATTER_DRAWS][PLAN_GROUPS], part[PLAN_SPOTS], squares = 0;
+    double contrasts[SCATTER_DRAWS][GROUPS_COUNT], part[GROUPS_SPOTS], squares = 0;
     scatter_contrasts(spots, contrasts);
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++) {
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++) {
         const double own = scatter_deviate(spots, n, g, factor, weights, part);
         scatter_draw_group(sums, n, contrasts, g, part, nets ? SCATTER_BANDS : 1);
         sums->parts[g] += own;
@@ -116,7 +116,7 @@ static void scatter_add(scatter_sums_t *sums, const scatter_spots_t *spots, uint
 }
 
 /* All lengths. False while one has units in too few groups. */
-static bool scatter_lengths(scatter_sums_t *sums, const plan_groups_t *groups, const double *factor,
+static bool scatter_lengths(scatter_sums_t *sums, const groups_t *groups, const double *factor,
                             const double *weights, bool nets)
 {
     for (uint32_t k = 0; k < groups->lengths; k++) {
@@ -149,7 +149,7 @@ static scatter_moments_t scatter_moments(const double draws[SCATTER_DRAWS])
 }
 
 /* relMSE of each draw at the spots, and the sum over spots of what the variance would be of each alone. */
-static double scatter_draw(const plan_groups_t *groups, const double *errors, const double *weights,
+static double scatter_draw(const groups_t *groups, const double *errors, const double *weights,
                            double draws[SCATTER_DRAWS])
 {
     double alone = 0;
@@ -167,20 +167,20 @@ static double scatter_draw(const plan_groups_t *groups, const double *errors, co
     return alone;
 }
 
-double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights)
+double scatter_part(const groups_t *groups, uint32_t k, double factor, const double *weights)
 {
     scatter_spots_t spots;
-    double part[PLAN_SPOTS], squares = 0;
+    double part[GROUPS_SPOTS], squares = 0;
     scatter_open(&spots, groups, k);
     if (!(spots.alike > 1 + 1e-9))
         return 0;
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++)
         squares += scatter_deviate(&spots, groups->spot_count, g, factor, weights, part);
     return squares * spots.alike / (spots.alike - 1);
 }
 
-bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
-                          const double weights[PLAN_SPOTS], bool nets)
+bool scatter_measure(scatter_t *scatter, const groups_t *groups, const double *factor,
+                     const double weights[GROUPS_SPOTS], bool nets)
 {
     scatter_sums_t sums = {.draws = calloc((size_t)SCATTER_DRAWS * groups->spot_count, sizeof *sums.draws)};
     if (!sums.draws || !scatter_lengths(&sums, groups, factor, weights, nets)) {
@@ -190,10 +190,10 @@ bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, 
     double draws[SCATTER_DRAWS], most = 0;
     const double alone = scatter_draw(groups, sums.draws, weights, draws);
     free(sums.draws);
-    for (uint32_t g = 0; g < PLAN_GROUPS; g++)
+    for (uint32_t g = 0; g < GROUPS_COUNT; g++)
         most = fmax(most, sums.parts[g]);
     scatter->freedom = fmin(sums.all * sums.all / sums.over_freedom, SCATTER_DRAWS); /* there are no more draws */
-    scatter->dominance = most / sums.all * (scatter->freedom + 1) / PLAN_GROUPS;
+    scatter->dominance = most / sums.all * (scatter->freedom + 1) / GROUPS_COUNT;
     /* In the whole image there are more pixels: what each of them scatters alone is divided among so many. And of
      * fifteen draws no more are different than there are degrees of freedom. */
     const scatter_moments_t all = scatter_moments(draws);

@@ -1,4 +1,4 @@
-/* plan_jackknife.h: what noise does to the weights of a render's squared errors, and what they would be without.
+/* jackknife.h: what noise does to the weights of a render's squared errors, and what they would be without.
  *
  * relMSE weighs the squared error of a pixel by w(R) = 1 / (R^2 + 0.01 m^2), R the reference. A render has its own
  * noisy image x instead, and weights from it are wrong twice, both to second order in the noise: where the pixel
@@ -13,23 +13,23 @@
  *     14 (weights by fourteen) - 13 (mean of the weights by thirteen)
  *
  * has neither (where groups are independent; where they are points of nets, plan_nets.h, the step is another one):
- * the jackknife (Quenouille, Notes on bias in estimation, 1956). All of that at the spots (plan_groups.h), in
+ * the jackknife (Quenouille, Notes on bias in estimation, 1956). All of that at the spots (groups.h), in
  * luminance, and as a ratio to the same squares with the weights at hand, in which the squares' own scatter
  * cancels. */
-#ifndef PLAN_PLAN_JACKKNIFE_H
-#define PLAN_PLAN_JACKKNIFE_H
+#ifndef STATS_JACKKNIFE_H
+#define STATS_JACKKNIFE_H
 
 #include <stdbool.h>
 
-#include "plan/plan_groups.h"
+#include "stats/groups.h"
 
-typedef struct plan_jackknife {
+typedef struct jackknife {
     double ratio; /* relMSE by these weights over that by the weights at hand */
     double error; /* standard error of that: of what the pairs of groups tell, by how unlike they are (what is
                      common to all of them, noise of the weights, is not in it), and of what was known beforehand */
     double room;  /* how much larger the ratio may be, relatively, by higher orders: with the logarithms in place of
                      the values the same points lead to one that is larger by about this */
-} plan_jackknife_t;
+} jackknife_t;
 
 /* factor[k]: the image's light of length k is that times the film's; errors[k]: its errors are that times what
  * groups differ by. floor: 0.01 m^2. weights: those at hand, at the spots. prior: by what is known beforehand the
@@ -37,7 +37,7 @@ typedef struct plan_jackknife {
  * without memory; while a length that has units does not have them in all groups; and where noise is so strong that
  * by the image itself, or by fourteen groups, it is off by more than a factor of two: such an error is no small
  * one, and nothing is known about the next order. */
-bool plan_jackknife_measure(plan_jackknife_t *out, const plan_groups_t *groups, const double *factor,
-                            const double *errors, double floor, const double weights[PLAN_SPOTS], double prior);
+bool jackknife_measure(jackknife_t *out, const groups_t *groups, const double *factor, const double *errors,
+                       double floor, const double weights[GROUPS_SPOTS], double prior);
 
 #endif

@@ -1,4 +1,4 @@
-/* plan_scatter.h: how far a render's own error is from the estimate of it.
+/* scatter.h: how far a render's own error is from the estimate of it.
  *
  * The error of a render is a random number: the estimate is of its expectation, and the image at hand is one draw.
  * With the groups' images x_g, of which the image is the mean, and signs h_g of which half are negative,
@@ -16,29 +16,29 @@
  * has: the fifteen contrasts have variances of their own, by how they cut the sequences, and would scatter by that.
  * But errors of samples hang together over few pixels only. So each draw has all fifteen contrasts, in bands of the
  * image one after the other, and they are alike again. */
-#ifndef PLAN_PLAN_SCATTER_H
-#define PLAN_PLAN_SCATTER_H
+#ifndef STATS_SCATTER_H
+#define STATS_SCATTER_H
 
 #include <stdbool.h>
 
-#include "plan/plan_groups.h"
+#include "stats/groups.h"
 
-typedef struct plan_scatter {
+typedef struct scatter {
     double own;       /* relative standard deviation of a render's relMSE */
     double estimate;  /* and of the estimate */
     double freedom;   /* degrees of freedom of both, by Satterthwaite: 15 where all lengths have all groups */
     double dominance; /* the largest part that a single group has in the squared deviations, of sixteen that are
                          alike */
-} plan_scatter_t;
+} scatter_t;
 
 /* The variance of the sum of a length's groups at the spots, as they are weighted: their part in relMSE. 0 while
  * fewer than two groups have units. */
-double plan_scatter_part(const plan_groups_t *groups, uint32_t k, double factor, const double *weights);
+double scatter_part(const groups_t *groups, uint32_t k, double factor, const double *weights);
 
 /* factor[k]: the image's light of length k is that times the film's. weights: of the squared errors at the spots.
  * nets: lengths[0] is of samples.
  * False without memory, or while a length that has units has them in fewer than three groups. */
-bool plan_scatter_measure(plan_scatter_t *scatter, const plan_groups_t *groups, const double *factor,
-                          const double weights[PLAN_SPOTS], bool nets);
+bool scatter_measure(scatter_t *scatter, const groups_t *groups, const double *factor,
+                     const double weights[GROUPS_SPOTS], bool nets);
 
 #endif

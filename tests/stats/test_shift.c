@@ -2,7 +2,7 @@
  *
  * The second part is a render of two path lengths by numbers alone. Units of one length bring 1 / p with a small
  * probability p, else nothing: rare bright paths; those of the other are all about alike. Eras share the work by
- * plan_shift_shares, from what earlier ones (but for the last) have shown. Averaged by fixed weights the mean is
+ * shift_shares, from what earlier ones (but for the last) have shown. Averaged by fixed weights the mean is
  * right; over the number of units it is too small, as a length that has been lucky gets more units and one that has
  * not does not. 40000 renders; the right one must be within 5 standard errors (a false alarm in 6e-7, were the seed
  * not fixed), the wrong one must be off by more than 10, or the test could not tell them apart. */
@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
-#include "plan/plan_shift.h"
+#include "stats/shift.h"
 
 static uint64_t counter;
 
@@ -39,11 +39,11 @@ static double sum_of(const double *shares, uint32_t count)
 static void shares_go_by_the_root_of_variance_over_cost(void **state)
 {
     (void)state;
-    const plan_shift_length_t lengths[3] = {
+    const shift_length_t lengths[3] = {
         {0.3, 0.3, 4, 1, 1e9, 0}, {0.3, 0.3, 9, 4, 1e9, 0}, {0.4, 0.4, 1, 4, 1e9, 0}};
     const double wanted[3] = {2, 1.5, 0.5};
     double shares[3];
-    assert_true(plan_shift_shares(lengths, 3, shares));
+    assert_true(shift_shares(lengths, 3, shares));
     for (int k = 0; k < 3; k++)
         if (!(fabs(shares[k] - wanted[k] / 4) < 1e-6))
             fail_msg("share %d is %.9f, expected %.9f", k, shares[k], wanted[k] / 4);
@@ -53,14 +53,14 @@ static void shares_go_by_the_root_of_variance_over_cost(void **state)
 static void what_confirms_the_pilot_changes_nothing(void **state)
 {
     (void)state;
-    const plan_shift_length_t confirmed[3] = {
+    const shift_length_t confirmed[3] = {
         {0.2, 0.2, 7 * 0.04 * 3, 3, 20, 0}, {0.5, 0.5, 7 * 0.25 * 2, 2, 5, 0}, {0.3, 0.3, 0, 1, 1, 0}};
-    const plan_shift_length_t unknown[2] = {{0.1, 0.1, 1e9, 1, 1, 0}, {0.9, 0.9, 1, 1, 0, 0}};
+    const shift_length_t unknown[2] = {{0.1, 0.1, 1e9, 1, 1, 0}, {0.9, 0.9, 1, 1, 0, 0}};
     double shares[3];
-    assert_false(plan_shift_shares(confirmed, 3, shares));
+    assert_false(shift_shares(confirmed, 3, shares));
     for (int k = 0; k < 3; k++)
         assert_true(shares[k] == confirmed[k].last);
-    assert_false(plan_shift_shares(unknown, 2, shares));
+    assert_false(shift_shares(unknown, 2, shares));
     assert_true(shares[0] == 0.1 && shares[1] == 0.9);
 }
 
@@ -71,20 +71,20 @@ static void shares_stay_in_bounds(void **state)
     (void)state;
     int moved = 0;
     for (int round = 0; round < 20000; round++) {
-        plan_shift_length_t lengths[8];
+        shift_length_t lengths[8];
         double shares[8], all = 0;
         const uint32_t count = 2 + (uint32_t)(draw() * 6.999);
         for (uint32_t k = 0; k < count; k++) {
             const double prior = draw() < 0.2 ? 0 : exp(-6 * draw());
-            lengths[k] = (plan_shift_length_t){.prior = prior,
-                                               .last = prior > 0 ? exp(-6 * draw()) : 0,
-                                               .variance = draw() < 0.1 ? 0 : exp(20 * draw() - 10),
-                                               .cost = exp(4 * draw()),
-                                               .units = floor(40 * draw() * draw()),
-                                               .least = 0.01 * draw()};
+            lengths[k] = (shift_length_t){.prior = prior,
+                                          .last = prior > 0 ? exp(-6 * draw()) : 0,
+                                          .variance = draw() < 0.1 ? 0 : exp(20 * draw() - 10),
+                                          .cost = exp(4 * draw()),
+                                          .units = floor(40 * draw() * draw()),
+                                          .least = 0.01 * draw()};
             all += lengths[k].last;
         }
-        moved += plan_shift_shares(lengths, count, shares);
+        moved += shift_shares(lengths, count, shares);
         if (!(fabs(sum_of(shares, count) - all) <= 1e-9 * all))
             fail_msg("round %d: shares add up to %.12f, expected %.12f", round, sum_of(shares, count), all);
         for (uint32_t k = 0; k < count; k++) {
@@ -134,11 +134,11 @@ static void render(double *weighted, double *pooled)
     double shares[2] = {0.5, 0.5}, sum = 0, works = 0;
     for (int r = 0; r < ERAS; r++) {
         if (r > 1) { /* from all eras but the last one */
-            plan_shift_length_t lengths[2];
+            shift_length_t lengths[2];
             for (int k = 0; k < 2; k++)
-                lengths[k] = (plan_shift_length_t){0.5, shares[k], tally_variance(&known[k]), 1, known[k].n, 0.01};
+                lengths[k] = (shift_length_t){0.5, shares[k], tally_variance(&known[k]), 1, known[k].n, 0.01};
             double chosen[2];
-            plan_shift_shares(lengths, 2, chosen);
+            shift_shares(lengths, 2, chosen);
             shares[0] = chosen[0];
             shares[1] = chosen[1];
         }

@@ -8,7 +8,7 @@
 #include <cmocka.h>
 
 #include "base/random.h"
-#include "plan/plan_rates.h"
+#include "stats/rates.h"
 
 enum { LENGTHS = 4, GRID = 40 };
 
@@ -46,10 +46,10 @@ static void no_other_rates_are_better(void **state)
             parts[k] = pow(8, random_double(key, 16 * i + k));
             costs[k] = pow(8, random_double(key, 16 * i + 8 + k));
         }
-        const plan_rates_figures_t figures = plan_rates_best(parts, costs, LENGTHS, rates);
+        const rates_figures_t figures = rates_best(parts, costs, LENGTHS, rates);
         assert_true(rates[0] == 1);
         for (int k = 1; k < LENGTHS; k++)
-            assert_true(rates[k] <= rates[k - 1] && rates[k] >= 1.0 / PLAN_RATES_SELDOM);
+            assert_true(rates[k] <= rates[k - 1] && rates[k] >= 1.0 / RATES_SELDOM);
         const double own = product(parts, costs, rates), least = least_of_grid(parts, costs);
         assert_true(fabs(figures.variance * figures.cost - own) < 1e-12 * own);
         if (!(own <= least * (1 + 1e-12)))
@@ -64,7 +64,7 @@ static void odd_figures_give_rates_all_the_same(void **state)
         {{0, 0, 0, 0}, {1, 1, 1, 1}}, {{-1, 2, -3, 4}, {0, 0, 0, 0}}, {{1e300, 1e-300, 0, 1}, {1, 1e9, 1, 1}}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         double rates[LENGTHS];
-        plan_rates_best(cases[i][0], cases[i][1], LENGTHS, rates);
+        rates_best(cases[i][0], cases[i][1], LENGTHS, rates);
         for (int k = 0; k < LENGTHS; k++)
             assert_true(rates[k] > 0 && rates[k] <= (k > 0 ? rates[k - 1] : 1));
     }
