@@ -28,7 +28,7 @@ rates_figures_t rates_best(const double *parts, const double *costs, uint32_t co
             into->count += blocks[--used].count;
         }
     }
-    rates_figures_t figures = {0};
+    rates_figures_t figures = {0}, plain = {0};
     const double most = rates_of(&blocks[0]);
     for (uint32_t b = 0, k = 0; b < used; b++) {
         const double rate = most > 0 ? fmax(rates_of(&blocks[b]) / most, 1.0 / RATES_SELDOM) : 1;
@@ -36,6 +36,12 @@ rates_figures_t rates_best(const double *parts, const double *costs, uint32_t co
         figures.cost += blocks[b].cost * rate;
         for (uint32_t i = 0; i < blocks[b].count; i++)
             rates[k++] = rate;
+        plain.variance += blocks[b].part;
+        plain.cost += blocks[b].cost;
     }
-    return figures;
+    if (plain.variance * plain.cost > RATES_GAIN * figures.variance * figures.cost)
+        return figures;
+    for (uint32_t k = 0; k < count; k++)
+        rates[k] = 1;
+    return plain;
 }
