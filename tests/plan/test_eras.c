@@ -218,7 +218,7 @@ static void right_shares_lose_nothing(void **state)
 static void weights_and_budgets_add_up(void **state)
 {
     (void)state;
-    static const char *const more[] = {"'shift':true", "'shift':true,'split':20,'equalize':1"};
+    static const char *const more[] = {"'shift':true", "'shift':true,'split':5,'equalize':1"};
     wrong = true;
     for (int i = 0; i < 2; i++) {
         plan_t *plan = render(more[i], 1000, 3);
