@@ -1,4 +1,4 @@
-/* plan_accuracy.c: what a render's history says about the time that accuracy takes (law.h). */
+/* plan_accuracy.c: what a render's history says about the time that accuracy takes (stats/law.h). */
 #include "plan/plan_accuracy.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
  *
  * How large eras are is fixed beforehand: W_r, as work. How much of an era each length k gets, n_{k,r} mutations
  * (of samples beside chains: samples), is decided from the variances and costs that were measured in earlier eras
- * (shift.h). A unit of length k in era r has the weight u = W_r / n_{k,r}, and the length's image is
+ * (stats/shift.h). A unit of length k in era r has the weight u = W_r / n_{k,r}, and the length's image is
  *
  *     I_k = b_k sum u film / sum u mutations = b_k sum_r W_r (mean of era r) / sum_r W_r.
  *

@@ -520,7 +520,7 @@ static void estimate_groups(const plan_pixels_t *pixels, const estimate_planes_t
     }
 }
 
-/* What noise does to the weights (jackknife.h), and how much of it the filter leaves. Known beforehand: of a
+/* What noise does to the weights (stats/jackknife.h), and how much of it the filter leaves. Known beforehand: of a
  * pixel it does to w(x) = 1 / (x^2 + floor), by the second order of Taylor's series, 0.5 w'' / w variance = (3 x^2
  * - floor) / (x^2 + floor) e, at most three times its relative squared error e; of all pixels, each with its e,
  * three times sum e^2 / sum e, which is relMSE over the `part` of the image that bears it. And over scenes and

@@ -41,7 +41,7 @@ typedef struct plan_error {
     double low, high; /* hold this render's own relMSE in 95 % of renders; NaN likewise */
     bool reliable;    /* nothing speaks against relmse and its interval */
     char reason[160]; /* else what does */
-    bool weighed;     /* by weights without noise (jackknife.h) */
+    bool weighed;     /* by weights without noise (stats/jackknife.h) */
     double lengths[PATH_MAX_VERTICES]; /* what each of plan->lengths brings to it */
     double of_b[PATH_MAX_VERTICES];    /* of that, by the error of b_k */
 } plan_error_t;

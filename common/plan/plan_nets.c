@@ -69,7 +69,7 @@ fault_code_t plan_nets_absorb(plan_t *plan, const plan_unit_t *unit, const film_
 
 /* ---- the factor ---- */
 
-/* A block of the image (groups.h). */
+/* A block of the image (stats/groups.h). */
 typedef struct nets_block {
     double pixels, light;       /* their number; the image's light */
     double variance, by_passes; /* of the image's samples, summed: by A - B; were passes independent */

@@ -14,7 +14,7 @@ static const double SHORTEN_UNSEEN = 0.1;
 
 /* ---- seeds ---- */
 
-static double unseen(const double *weights, uint64_t count, double chains)
+static double shorten_unseen(const double *weights, uint64_t count, double chains)
 {
     const double part = 1 / weights[count - 1];
     double sum = 0, before = 0;
@@ -38,7 +38,7 @@ double plan_shorten_seeds(const double *weights, uint64_t count)
     }
     /* unseen(n) >= n sum p^2 - 1, so no more than these may be */
     double chains = (1 + SHORTEN_UNSEEN) / squares;
-    while (chains > 1 && unseen(weights, count, chains) > SHORTEN_UNSEEN)
+    while (chains > 1 && shorten_unseen(weights, count, chains) > SHORTEN_UNSEEN)
         chains /= 1.25;
     return fmax(chains, 1);
 }

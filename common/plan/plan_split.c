@@ -7,7 +7,7 @@
  *
  *     inefficiency b_k^2 / N_k of N_k mutations,
  *
- * X = sum over k of min(c_k, cap_k) / rate_k being a sample's sum (rates.h), b_k = E max(c_k - cap_k, 0) what
+ * X = sum over k of min(c_k, cap_k) / rate_k being a sample's sum (stats/rates.h), b_k = E max(c_k - cap_k, 0) what
  * chains of length k follow; the inefficiency (settings.split) is how many mutations do what one independent draw
  * from the chains' law would do. With costs a sample and d_k a mutation, at a fixed cost in all the least variance
  * is

@@ -6,8 +6,7 @@
  *
  * Power: what is too large a score falls with the number of seeds, 8.2 with 36 and 7.4 with 54, so many short
  * renders see more than few long ones of as much work: 54 with half of the work see what 36 with all of it did, to
- * 4
- * %. Half of all runs see a brightness that is off by 7.4 of the standard errors that are printed: of the Cornell
+ * 4 %. Half of all runs see a brightness that is off by 7.4 of the standard errors that are printed: of the Cornell
  * box half a percent by samples and one by chains, of ring-box 2.5 and 4 %, of two-rooms 5 and 8 %, of water-box,
  * whose caustics are rare, 8 and 12 %. What does not average out is seen from 1.3 of what it was on, as that goes
  * by the work of all seeds. Where colours are another model's, to 4 %, there are 36 seeds with half the work: 6 %
