@@ -7,7 +7,7 @@ static bool exchange_ratio(const chain_t *chain, uint32_t to, double *ratio)
 {
     const target_t *target = chain->target;
     double weights[PATH_MAX_VERTICES];
-    if (!path_technique_weights(chain->kept, chain->s, target->length + 1 - chain->s, &target->techniques,
+    if (!path_technique_weights(chain->kept, chain->s, target->length + 1 - chain->s, NULL, &target->techniques,
                                 weights) ||
         !(weights[chain->s] > 0))
         return false;

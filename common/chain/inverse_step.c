@@ -9,7 +9,7 @@
 static double weight_of(const chain_t *chain, const path_space_t *space, uint32_t joined, uint32_t s)
 {
     double weights[PATH_MAX_VERTICES];
-    if (!path_technique_weights(space, joined, chain->target->length + 1 - joined, &chain->target->techniques,
+    if (!path_technique_weights(space, joined, chain->target->length + 1 - joined, NULL, &chain->target->techniques,
                                 weights))
         return 0;
     return weights[s];

@@ -53,7 +53,7 @@ static void jump_to(chain_t *chain, uint64_t key, uint32_t s, double a)
 static bool jump_weights(const chain_t *chain, double *weights)
 {
     const target_t *target = chain->target;
-    return path_technique_weights(chain->kept, chain->s, target->length + 1 - chain->s, &target->techniques,
+    return path_technique_weights(chain->kept, chain->s, target->length + 1 - chain->s, NULL, &target->techniques,
                                   weights);
 }
 

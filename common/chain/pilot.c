@@ -65,6 +65,7 @@ static fault_code_t pilot_run(work_space_t *space, const work_record_t *record, 
                          .importance = unit_importance(space, record),
                          .caps = record->caps,
                          .longest = K,
+                         .of_image = record->first >= WORK_PAIRS_FIRST,
                          .rays = weights ? weights + (record->count + WORK_BLOCKS) * K : NULL,
                          .blocks = weights ? weights + record->count * K : NULL};
     if (weights)

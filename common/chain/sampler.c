@@ -39,6 +39,17 @@ static void sampler_place_light(const net_t *net, double *u, uint32_t count)
     sampler_place_triples(net, UNIT_DRAW_LIGHT + begin, u + begin, sampler_scatterings(count, begin));
 }
 
+/* w'_s / w_s of the path that was joined last (sampler.h). */
+static double sampler_favour(const sampler_t *sampler, uint32_t s, uint32_t t, const path_vertex_t *y0)
+{
+    double weights[PATH_MAX_VERTICES];
+    const uint32_t k = s + t - 1;
+    if (k > 2 ||
+        !path_technique_weights(&sampler->space->path, s, t, y0, &sampler->space->targets[k].techniques, weights))
+        return 1;
+    return (t == 1 ? SAMPLER_DIRECT : 1) / (1 - (1 - SAMPLER_DIRECT) * weights[k]);
+}
+
 /* Adds a joined path's value: to the pixel of the camera walk or, for t = 1, where it is seen. */
 static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_vertex_t *y0,
                         const path_value_t *value)
@@ -54,15 +65,22 @@ static void sampler_add(sampler_t *sampler, uint32_t s, uint32_t t, const path_v
         const double excess = split_excess(scalar, sampler->caps[k - 1]);
         scalar = excess > 0 ? excess : 0;
     }
+    double balanced = scalar;
+    if (sampler->of_image) {
+        const double favour = sampler_favour(sampler, s, t, y0);
+        scalar *= favour;
+        seen = rgb_scale(seen, favour);
+    }
     if (sampler->weights) {
         scalar *= sampler->weights[k - 1];
+        balanced *= sampler->weights[k - 1];
         seen = rgb_scale(seen, sampler->weights[k - 1]);
     }
     sampler->totals[k] += scalar;
     if (sampler->only > 0)
-        sampler->by_technique[s] = scalar;
+        sampler->by_technique[s] = balanced;
     if (sampler->moments)
-        unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], scalar);
+        unit_moment(&sampler->moments[work_samples_moment(k) + 1 + s], balanced);
     if (sampler->blocks)
         sampler->blocks[(k - 1) * WORK_BLOCKS + unit_block(&renderer->settings, raster, WORK_BLOCKS_SIDE)] += light;
     if (sampler->by_class)

@@ -5,6 +5,18 @@
  *
  * What a sample is for is said by the pointers that are set: an image, sums by length, the techniques of one
  * length.
+ *
+ * Weights. The balance heuristic takes a technique's second moment for its variance (Veach 1997, 9.2.2). Of light
+ * that is seen directly or after one scattering, most of a camera walk's second moment is the mean squared: a
+ * pixel's samples are alike, and as points of a net (net.h) they share out what differs. What light walks splat is
+ * spread over the image, and nearly all of it is variance. So in the weights of the image's samples the technique t
+ * = 1 of paths of k = 1 and 2 segments counts SAMPLER_DIRECT times,
+ *
+ *     w'_s = v_s w_s / sum_j v_j w_j,     v_k = SAMPLER_DIRECT, other v_s = 1,
+ *
+ * which sum to one as the w_s do (Grittmann, Georgiev, Krivanek, Slusallek 2019, "Variance-aware multiple
+ * importance sampling", whose factors are measured pixel by pixel; here there is one for all). Longer paths gain
+ * nothing by it (docs/transport.md). Chains and their seeds follow C, and have the balance heuristic's.
  */
 #ifndef CHAIN_SAMPLER_H
 #define CHAIN_SAMPLER_H
@@ -17,6 +29,9 @@ typedef struct sampler_splat {
     vec2_t raster;
     rgb_t value;
 } sampler_splat_t;
+
+/* What t = 1 counts in the weights of the image's samples, for paths of one and two segments. */
+#define SAMPLER_DIRECT 0.25
 
 typedef struct sampler {
     work_space_t *space;
@@ -35,6 +50,8 @@ typedef struct sampler {
     sampler_splat_t *splats; /* [K + 1]: if not null, where this sample is seen: set, not added to */
     uint32_t splat_count;
     double *rays;          /* [K], of length k in [k - 1]: added to if not null: rays that it takes beyond k - 1 */
+    bool of_image;         /* film and totals have the image's weights; else the balance heuristic's, as
+                              moments by technique and by_technique always have */
     uint32_t only;         /* join only to this length; 0: to all */
     uint32_t longest;      /* length that samples are made up to */
     const double *weights; /* [K], of length k in [k - 1]: what a path counts (cutoff.h); null: 1 */

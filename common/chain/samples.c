@@ -25,7 +25,8 @@ fault_code_t unit_samples(work_space_t *space, const work_record_t *record, cons
                          .caps = record->caps,
                          .longest = settings->max_path_length,
                          .weights = record->rates ? weights : NULL,
-                         .net = &net};
+                         .net = &net,
+                         .of_image = true};
     for (uint32_t k = 0; k < record->rate_count; k++)
         weights[k] = 1 / record->rates[k];
     for (uint64_t i = 0; i < record->count; i++) {

@@ -288,14 +288,15 @@ uint8_t path_classes(const path_space_t *space, uint32_t s, uint32_t t, const pa
                      (infinite ? PATH_CLASS_INFINITE : 0));
 }
 
-bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_techniques_t *techniques,
-                            double *weights)
+bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
+                            const path_techniques_t *techniques, double *weights)
 {
+    const path_vertex_t *light = y0 ? y0 : space->light;
     const path_join_t join = {.s = s,
                               .t = t,
-                              .y = space->light,
+                              .y = light,
                               .z = space->camera,
-                              .y0_hittable = s > 0 && !space->light[0].delta,
+                              .y0_hittable = s > 0 && !light[0].delta,
                               .y_last = space->end_ratios[0],
                               .y_previous = space->end_ratios[1],
                               .z_last = space->end_ratios[2],

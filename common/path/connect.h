@@ -43,9 +43,9 @@ bool path_connect(const path_scene_t *scene, path_space_t *space, uint32_t s, ui
 uint8_t path_classes(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0);
 
 /* The balance-heuristic weights of all techniques for the path that the last call of path_connect joined from (s,
- * t) in this space (y0 null): weights[j], j = 0 .. s + t - 1; they sum to one. False where they leave double's
+ * t) and y0 in this space: weights[j], j = 0 .. s + t - 1; they sum to one. False where they leave double's
  * range. */
-bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_techniques_t *techniques,
-                            double *weights);
+bool path_technique_weights(const path_space_t *space, uint32_t s, uint32_t t, const path_vertex_t *y0,
+                            const path_techniques_t *techniques, double *weights);
 
 #endif
