@@ -335,7 +335,7 @@ static void passes_in_parts_survive_restarts(void **state)
     (void)state;
     const job_t job =
         plan_fixture_job("{'scene':'x','algorithm':'rjmlt','max_path_length':5,'stop':"
-                         "{'mutations_per_pixel':600},'chains':{'shift':true,'length':64,'split':1}}");
+                         "{'mutations_per_pixel':600},'chains':{'shift':true,'length':64,'split':0.5}}");
     picture_t pictures[2];
     plan_worker_t worker;
     int restarts = 0;
