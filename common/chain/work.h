@@ -224,9 +224,11 @@ fault_code_t work_run(work_space_t *space, const work_record_t *record, const at
 /* The result as bytes; *data is the caller's to free(). */
 fault_code_t work_result_encode(const work_result_t *result, uint8_t **data, size_t *size, fault_t *fault);
 /* Decodes hostile bytes into a result that owns its arrays; film size and array lengths must be what the record
- * asks for. Clear it with work_result_clear. */
+ * asks for. Clear it with work_result_clear. `spare`: null, or a film of that size or none: a result that has a
+ * film takes it and leaves none, as making and zeroing a new one costs as much as all else. */
 fault_code_t work_result_decode(work_result_t *result, const work_record_t *record, uint32_t width, uint32_t height,
-                                uint32_t max_path_length, const uint8_t *data, size_t size, fault_t *fault);
+                                uint32_t max_path_length, film_t *spare, const uint8_t *data, size_t size,
+                                fault_t *fault);
 void work_result_clear(work_result_t *result);
 
 #endif

@@ -535,7 +535,8 @@ static fault_code_t unpack(wire_reader_t *in, const uint8_t *packed, size_t pack
 }
 
 static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, const work_record_t *record,
-                                    uint32_t width, uint32_t height, uint32_t max_path_length, fault_t *fault)
+                                    uint32_t width, uint32_t height, uint32_t max_path_length, film_t *spare,
+                                    fault_t *fault)
 {
     size_t packed_size = 0;
     const uint8_t *packed = wire_get_bytes(in, "body", UINT32_MAX, &packed_size);
@@ -566,13 +567,19 @@ static fault_code_t result_get_body(wire_reader_t *in, work_result_t *result, co
     }
     if (record->kind == WORK_REFINE || record->kind == WORK_LEFT_OUT || record->kind == WORK_TRIAL)
         return packed_size == 0 ? FAULT_NONE : wire_reader_fail(in, FAULT_FORMAT, "body", "is not empty");
-    TRY(film_init(&result->film, width, height, fault));
+    if (spare && spare->sums) {
+        result->film = *spare;
+        *spare = (film_t){0};
+    } else {
+        TRY(film_init(&result->film, width, height, fault));
+    }
     result->has_film = true;
     return film_decode(&result->film, packed, packed_size, fault);
 }
 
 fault_code_t work_result_decode(work_result_t *result, const work_record_t *record, uint32_t width, uint32_t height,
-                                uint32_t max_path_length, const uint8_t *data, size_t size, fault_t *fault)
+                                uint32_t max_path_length, film_t *spare, const uint8_t *data, size_t size,
+                                fault_t *fault)
 {
     *result = (work_result_t){0};
     wire_reader_t in;
@@ -601,7 +608,7 @@ fault_code_t work_result_decode(work_result_t *result, const work_record_t *reco
     if (!code && record->kind == WORK_TRIAL)
         code = result_get_spread(&in, result);
     if (!code)
-        code = result_get_body(&in, result, record, width, height, max_path_length, fault);
+        code = result_get_body(&in, result, record, width, height, max_path_length, spare, fault);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

@@ -96,6 +96,8 @@ void film_scale(film_t *film, double factor)
 {
     const size_t count = (size_t)film->width * film->height * FILM_CHANNELS;
     for (size_t i = 0; i < count; i++) {
+        if (film->sums[i] == 0)
+            continue;
         const double scaled = (double)film->sums[i] * factor + 0.5;
         const bool over = scaled >= 0x1p63;
         film->sums[i] = over ? INT64_MAX : (int64_t)scaled;

@@ -100,6 +100,7 @@ void plan_destroy(plan_t **out)
         free(plan->lengths[k].weights);
         film_clear(&plan->lengths[k].film);
     }
+    film_clear(&plan->spare);
     groups_clear(&plan->groups);
     plan_passes_clear(&plan->passes);
     plan_nets_clear(&plan->nets);
@@ -224,7 +225,7 @@ static void absorb_squares(plan_t *plan, const film_t *film, double c, double si
         if (film->sums[i] == 0)
             continue;
         const double x = (double)film->sums[i] * scale;
-        plan->squares[i] += (exact_uint_t)(x * x + 0.5);
+        plan->squares[i] += exact_round(x * x);
     }
 }
 
@@ -485,11 +486,22 @@ static fault_code_t plan_merge(plan_t *plan, uint64_t unit, work_result_t *resul
     return FAULT_NONE;
 }
 
-static fault_code_t plan_decode(const plan_t *plan, uint64_t unit, const uint8_t *data, size_t size,
+static fault_code_t plan_decode(plan_t *plan, uint64_t unit, const uint8_t *data, size_t size,
                                 work_result_t *result, fault_t *fault)
 {
     return work_result_decode(result, &plan->units[unit].record, plan->settings.width, plan->settings.height,
-                              plan->settings.max_path_length, data, size, fault);
+                              plan->settings.max_path_length, &plan->spare, data, size, fault);
+}
+
+/* Keeps its film for the next one. */
+static void plan_drop(plan_t *plan, work_result_t *result)
+{
+    if (result->has_film) {
+        film_clear(&plan->spare);
+        plan->spare = result->film;
+        result->has_film = false;
+    }
+    work_result_clear(result);
 }
 
 /* Adds up what may be of the results that were kept. */
@@ -507,7 +519,7 @@ static fault_code_t plan_merge_pending(plan_t *plan, fault_t *fault)
         free(kept.data);
         TRY(code);
         code = plan_merge(plan, kept.unit, &result, fault);
-        work_result_clear(&result);
+        plan_drop(plan, &result);
         TRY(code);
     }
     return FAULT_NONE;
@@ -537,7 +549,7 @@ fault_code_t plan_absorb(plan_t *plan, uint64_t unit, const uint8_t *data, size_
     const fault_code_t code = plan_eras_takes(plan, entry)
                                   ? plan_merge(plan, unit, &result, fault)
                                   : plan_pending_add(&plan->eras.pending, unit, data, size, fault);
-    work_result_clear(&result);
+    plan_drop(plan, &result);
     TRY(code);
     entry->state = PLAN_UNIT_IN;
     plan->in++;

@@ -351,7 +351,7 @@ static fault_code_t load_check_pending(const plan_t *plan, wire_reader_t *in, fa
             return wire_reader_fail(in, FAULT_FORMAT, "pending results", "unit %llu is not one that is in",
                                     (unsigned long long)kept->unit);
         TRY(work_result_decode(&result, &unit->record, plan->settings.width, plan->settings.height,
-                               plan->settings.max_path_length, kept->data, kept->size, fault));
+                               plan->settings.max_path_length, NULL, kept->data, kept->size, fault));
         work_result_clear(&result);
     }
     return FAULT_NONE;

@@ -54,6 +54,18 @@ static size_t strata_of(const plan_t *plan, size_t pixel)
     return pixel / width / STRATA_SIDE * strata_across(plan) + pixel % width / STRATA_SIDE;
 }
 
+/* One pixel of a film, to its block. */
+static void strata_add_pixel(const int64_t *sums, double scale, exact_uint_t *row, exact_uint_t *squares)
+{
+    if ((sums[0] | sums[1] | sums[2]) == 0) /* most of a chain's film */
+        return;
+    for (size_t c = 0; c < FILM_CHANNELS; c++) {
+        const double own = (double)sums[c] * scale;
+        row[c] += (uint64_t)sums[c];
+        squares[STRATA_OF * c + 1] += exact_round(own * own);
+    }
+}
+
 /* One row of blocks at a time: its sums are exact, whatever they are. */
 void plan_absorb_strata(plan_t *plan, uint32_t k, const film_t *film, double c, double size)
 {
@@ -66,18 +78,12 @@ void plan_absorb_strata(plan_t *plan, uint32_t k, const film_t *film, double c, 
             row[i] = 0;
         for (uint32_t y = top; y < film->height && y < top + STRATA_SIDE; y++)
             for (uint32_t x = 0; x < film->width; x++)
-                for (size_t channel = 0; channel < FILM_CHANNELS; channel++) {
-                    const int64_t sum = film->sums[((size_t)y * film->width + x) * FILM_CHANNELS + channel];
-                    if (sum == 0) /* most of a chain's film */
-                        continue;
-                    const size_t i = x / STRATA_SIDE * FILM_CHANNELS + channel;
-                    const double own = (double)sum * scale;
-                    row[i] += (uint64_t)sum;
-                    squares[STRATA_OF * i + 1] += (exact_uint_t)(own * own + 0.5);
-                }
+                strata_add_pixel(film->sums + ((size_t)y * film->width + x) * FILM_CHANNELS, scale,
+                                 row + x / STRATA_SIDE * FILM_CHANNELS,
+                                 squares + x / STRATA_SIDE * FILM_CHANNELS * STRATA_OF);
         for (size_t i = 0; i < across; i++) {
             const double x = (double)row[i] * scale;
-            squares[STRATA_OF * i] += (exact_uint_t)(x * x + 0.5);
+            squares[STRATA_OF * i] += exact_round(x * x);
         }
     }
 }

@@ -17,6 +17,13 @@ static inline double exact_double(exact_uint_t x)
     return x >> 64 ? (double)x : (double)(uint64_t)x;
 }
 
+/* To the nearest integer, of x >= 0; likewise. */
+static inline exact_uint_t exact_round(double x)
+{
+    const double up = x + 0.5;
+    return up < 0x1p63 ? (exact_uint_t)(int64_t)up : (exact_uint_t)up;
+}
+
 typedef struct exact_sum {
     exact_int_t value;
 } exact_sum_t;

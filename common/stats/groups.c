@@ -82,13 +82,13 @@ void groups_absorb(groups_t *groups, uint32_t k, uint64_t unit, uint64_t count, 
             groups_row(film, y, scale, row);
         for (uint32_t i = 0; i < GROUPS_SIDE; i++) {
             const uint32_t block = j * GROUPS_SIDE + i;
-            light[block] += (exact_uint_t)(row[i].light + 0.5);
-            own[block] += (exact_uint_t)(row[i].squares + 0.5);
+            light[block] += exact_round(row[i].light);
+            own[block] += exact_round(row[i].squares);
         }
     }
     for (uint32_t i = 0; i < groups->spot_count; i++) {
         const int64_t *sums = film->sums + FILM_CHANNELS * groups_spot(groups, i);
-        spots[i] += (exact_uint_t)(rgb_luminance(rgb((double)sums[0], (double)sums[1], (double)sums[2])) + 0.5);
+        spots[i] += exact_round(rgb_luminance(rgb((double)sums[0], (double)sums[1], (double)sums[2])));
     }
     groups->counts[(size_t)k * GROUPS_COUNT + group] += count;
 }

@@ -48,7 +48,7 @@ static void try_result(work_kind_t kind, const uint8_t *data, size_t size)
 {
     work_result_t result;
     fault_t fault = {0};
-    if (work_result_decode(&result, &records[kind], 24, 24, WORK_FIXTURE_LENGTH, data, size, &fault) !=
+    if (work_result_decode(&result, &records[kind], 24, 24, WORK_FIXTURE_LENGTH, NULL, data, size, &fault) !=
         FAULT_NONE) {
         if (fault.text[0] == '\0' || result.moments || result.weights || result.features || result.film.sums)
             abort();

@@ -156,7 +156,7 @@ static fault_code_t decode(work_result_t *result, const work_record_t *record, c
                            fault_t *fault)
 {
     return work_result_decode(result, record, fixture.settings.width ? fixture.settings.width : 24, 24,
-                              WORK_FIXTURE_LENGTH, data, size, fault);
+                              WORK_FIXTURE_LENGTH, NULL, data, size, fault);
 }
 
 static void assert_same_arrays(const work_result_t *a, const work_result_t *b)

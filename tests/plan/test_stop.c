@@ -111,7 +111,7 @@ static void step(plan_t *plan, plan_worker_t *worker)
     plan_absorbed_t how;
     assert_true(plan_next(plan, &unit, &record));
     uint8_t *data = plan_worker_run(worker, record, &size);
-    assert_int_equal(work_result_decode(&result, record, 24, 24, 5, data, size, &fault), FAULT_NONE);
+    assert_int_equal(work_result_decode(&result, record, 24, 24, 5, NULL, data, size, &fault), FAULT_NONE);
     free(data);
     result.stats.cpu_seconds =
         record->kind == WORK_CHAINS ? 1e-6 * (double)record->mutations : 1e-5 * (double)record->count;
