@@ -102,8 +102,10 @@ void serve_worker(server_t *server, peer_t *peer, const message_t *message, doub
     case MESSAGE_HEARTBEAT:
         take_heartbeat(server, peer, &message->heartbeat, now);
         break;
-    case MESSAGE_READY:
-        peer->slots = message->ready.slots;
+    case MESSAGE_READY: /* so many more: those said before and not used hold */
+        peer->slots += message->ready.slots;
+        if (peer->slots > MESSAGE_MAX_SLOTS)
+            peer->slots = MESSAGE_MAX_SLOTS;
         break;
     case MESSAGE_RESULT:
         take_result(server, peer, &message->result, now);

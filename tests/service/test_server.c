@@ -566,6 +566,22 @@ static void a_failing_job_disturbs_no_other(void **state)
     link_close(&link);
 }
 
+/* A worker that waited says again and again how many more it would take. */
+static void credits_add_up(void **state)
+{
+    (void)state;
+    player_t worker;
+    link_t *link = open_link();
+    connect_worker(&worker);
+    be_ready(&worker, 2);
+    be_ready(&worker, 1);
+    submit_of(link, 60000, 1); /* whose pilot begins with as many units */
+    for (int i = 0; i < 3; i++)
+        hear(&worker, MESSAGE_WORK);
+    leave(&worker);
+    link_close(&link);
+}
+
 static void two_jobs_get_equal_shares(void **state)
 {
     (void)state;
@@ -697,6 +713,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_lease_that_a_heartbeat_does_not_name_is_given_away, begin, end),
         cmocka_unit_test_setup_teardown(a_worker_that_reconnects_keeps_its_session, begin, end),
         cmocka_unit_test_setup_teardown(a_failing_job_disturbs_no_other, begin, end),
+        cmocka_unit_test_setup_teardown(credits_add_up, begin, end),
         cmocka_unit_test_setup_teardown(two_jobs_get_equal_shares, begin, end),
         cmocka_unit_test_setup_teardown(a_cancelled_job_is_taken_back_from_workers, begin, end),
         cmocka_unit_test_setup_teardown(a_restarted_server_goes_on_and_takes_old_results, begin, end),
