@@ -26,7 +26,7 @@ enum {
     UNITS_LEAST = 16,                        /* a length, so that its variance can be estimated */
     SPLIT_LEAST = 4 * PLAN_SAMPLE_MUTATIONS, /* mutations a pixel for samples beside chains: a few passes of them */
     UNITS_TIMED = 64,                        /* that a rule of seconds leaves room for on one slow worker */
-    FEATURE_RAYS = 1 << 17                   /* a unit */
+    FEATURE_RAYS = 1 << 16                   /* a unit: of a small image some, as they fill gaps */
 };
 
 static uint64_t at_least(uint64_t a, uint64_t b)
@@ -83,8 +83,7 @@ void plan_size_pilot(plan_t *plan)
     plan->split_units = budget_is_ample(plan) ? plan_split_size(plan, units) : 0;
     plan->left_out_units = plan_left_out_size(plan, units);
     plan->survey_units = plan_survey_size(plan, units);
-    plan->pilot_units = plan->sketch_units + 2 * plan->survey_units + plan->left_out_units + plan->split_units +
-                        units + (s->height + plan->feature_rows - 1) / plan->feature_rows;
+    plan->pilot_units = plan_stage_begin(plan, PLAN_STAGES);
 }
 
 static void features_record(const plan_t *plan, uint64_t index, work_record_t *record)
@@ -94,51 +93,95 @@ static void features_record(const plan_t *plan, uint64_t index, work_record_t *r
     record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
 }
 
-/* The sketch and the survey's first round; features and what is left out, which need not wait for them; the second
- * round; the units for the caps, and the candidates. */
-fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
+/* Units of a stage. */
+static uint64_t stage_units(const plan_t *plan, plan_stage_t stage)
 {
-    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->candidate_unit,
-                   caps = candidates - plan->split_units, second = caps - plan->survey_units,
-                   left_out = second - plan->left_out_units, features = plan->sketch_units + plan->survey_units;
-    *record = (work_record_t){0};
-    if (index < plan->sketch_units) {
-        plan_sketch_record(plan, index, record);
-        return FAULT_NONE;
+    const uint64_t features = (plan->settings.height + plan->feature_rows - 1) / plan->feature_rows;
+    switch (stage) {
+    case PLAN_STAGE_SKETCH:
+        return plan->sketch_units;
+    case PLAN_STAGE_SURVEY:
+    case PLAN_STAGE_SURVEY_AGAIN:
+        return plan->survey_units;
+    case PLAN_STAGE_FEATURES:
+    case PLAN_STAGE_FEATURES_AGAIN:
+        return features / 3;
+    case PLAN_STAGE_FEATURES_LAST:
+        return features - 2 * (features / 3);
+    case PLAN_STAGE_LEFT_OUT:
+        return plan->left_out_units;
+    case PLAN_STAGE_SPLIT:
+        return plan->split_units;
+    default:
+        return plan->candidates / plan->candidate_unit;
     }
-    if (index < features)
-        return plan_survey_record(plan, 0, index - plan->sketch_units, record);
-    if (index < left_out) {
-        features_record(plan, index - features, record);
-        return FAULT_NONE;
-    }
-    if (index < second) {
-        plan_left_out_record(index - left_out, record);
-        return FAULT_NONE;
-    }
-    if (index < caps)
-        return plan_survey_record(plan, 1, index - second, record);
-    if (index < candidates) {
-        plan_split_record(plan, index - caps, record);
-        TRY(plan_set_importance(plan, record, NULL));
-        return plan_set_idle(plan, record, NULL);
-    }
-    record->kind = WORK_PILOT;
-    record->first = (index - candidates) * plan->candidate_unit;
-    record->count = plan->candidate_unit;
+}
+
+uint64_t plan_stage_begin(const plan_t *plan, plan_stage_t stage)
+{
+    uint64_t begin = 0;
+    for (uint32_t earlier = 0; earlier < stage; earlier++)
+        begin += stage_units(plan, (plan_stage_t)earlier);
+    return begin;
+}
+
+/* What a stage's units are told of the stages before. */
+static fault_code_t pilot_set_found(const plan_t *plan, bool caps, work_record_t *record)
+{
     TRY(plan_set_importance(plan, record, NULL));
     TRY(plan_set_idle(plan, record, NULL));
-    return plan_set_caps(plan, record, NULL);
+    return caps ? plan_set_caps(plan, record, NULL) : FAULT_NONE;
+}
+
+fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record)
+{
+    plan_stage_t stage = PLAN_STAGE_SKETCH;
+    while (stage + 1 < PLAN_STAGES && index >= stage_units(plan, stage))
+        index -= stage_units(plan, stage++);
+    *record = (work_record_t){0};
+    switch (stage) {
+    case PLAN_STAGE_SKETCH:
+        plan_sketch_record(plan, index, record);
+        return FAULT_NONE;
+    case PLAN_STAGE_SURVEY:
+    case PLAN_STAGE_SURVEY_AGAIN:
+        return plan_survey_record(plan, stage == PLAN_STAGE_SURVEY_AGAIN, index, record);
+    case PLAN_STAGE_FEATURES:
+        features_record(plan, index, record);
+        return FAULT_NONE;
+    case PLAN_STAGE_FEATURES_AGAIN:
+        features_record(plan, index + stage_units(plan, PLAN_STAGE_FEATURES), record);
+        return FAULT_NONE;
+    case PLAN_STAGE_FEATURES_LAST:
+        features_record(plan, index + 2 * stage_units(plan, PLAN_STAGE_FEATURES), record);
+        return FAULT_NONE;
+    case PLAN_STAGE_LEFT_OUT:
+        plan_left_out_record(index, record);
+        return FAULT_NONE;
+    case PLAN_STAGE_SPLIT:
+        plan_split_record(plan, index, record);
+        return pilot_set_found(plan, false, record);
+    default:
+        record->kind = WORK_PILOT;
+        record->first = index * plan->candidate_unit;
+        record->count = plan->candidate_unit;
+        return pilot_set_found(plan, true, record);
+    }
+}
+
+/* Whether the next unit is the first of a stage. */
+static bool pilot_is_at(const plan_t *plan, plan_stage_t stage)
+{
+    return plan->pilot_next == plan_stage_begin(plan, stage) && stage_units(plan, stage) > 0;
 }
 
 bool plan_pilot_waits(const plan_t *plan)
 {
-    const uint64_t candidates = plan->pilot_units - plan->candidates / plan->candidate_unit,
-                   caps = candidates - plan->split_units;
-    return (plan->pilot_next == caps - plan->survey_units && !plan_survey_has(plan, 0)) ||
-           (plan->pilot_next == caps && plan->sketch_units > 0 && !plan->has_importance) ||
-           (plan->pilot_next == caps && !plan_survey_has(plan, 1)) ||
-           (plan->pilot_next == candidates && plan->split_units > 0 && !plan->has_caps);
+    const bool candidates = pilot_is_at(plan, PLAN_STAGE_CANDIDATES),
+               found = (plan->sketch_units == 0 || plan->has_importance) && plan_survey_has(plan, 1);
+    return (pilot_is_at(plan, PLAN_STAGE_SURVEY_AGAIN) && !plan_survey_has(plan, 0)) ||
+           ((candidates || pilot_is_at(plan, PLAN_STAGE_SPLIT)) && !found) ||
+           (candidates && plan->split_units > 0 && !plan->has_caps);
 }
 
 /* Each walk is half a path in the mean: measured on the scenes of docs/benchmarks.md, 0.3 to 0.5 (k + 2). Times are

@@ -7,8 +7,25 @@
 /* Where the pilot gives no seeds but only the image's scale. */
 enum { PLAN_SCALE_CANDIDATES = 4096 };
 
+/* Units of the first phase, in their order. Two of the stages wait for what earlier ones find. Features wait for
+ * nothing and are in three parts, so that workers have something to do while the last units before come in. */
+typedef enum plan_stage {
+    PLAN_STAGE_SKETCH,
+    PLAN_STAGE_SURVEY, /* its first round */
+    PLAN_STAGE_FEATURES,
+    PLAN_STAGE_LEFT_OUT,
+    PLAN_STAGE_SURVEY_AGAIN, /* waits for the first round */
+    PLAN_STAGE_FEATURES_AGAIN,
+    PLAN_STAGE_SPLIT, /* waits for sketch and survey */
+    PLAN_STAGE_FEATURES_LAST,
+    PLAN_STAGE_CANDIDATES, /* wait for the caps, too */
+    PLAN_STAGES
+} plan_stage_t;
+
 /* Sizes of the first phase from the job; called once. */
 void plan_size_pilot(plan_t *plan);
+/* The number of a stage's first unit; of none: of the next stage's. */
+uint64_t plan_stage_begin(const plan_t *plan, plan_stage_t stage);
 /* Unit number `index` of the first phase. */
 fault_code_t plan_pilot_record(const plan_t *plan, uint64_t index, work_record_t *record);
 /* Whether the next of them waits for those before it to come in. */

@@ -22,7 +22,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 20 };
+enum { PLAN_SAVE_VERSION = 23 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)
@@ -396,7 +396,7 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
     if (plan->sketch_units > 0 && plan->has_importance != (plan->sketch_in == plan->sketch_units))
         return wire_reader_fail(in, FAULT_FORMAT, "importance", "does not go with %llu of %llu sketch units",
                                 (unsigned long long)plan->sketch_in, (unsigned long long)plan->sketch_units);
-    const uint64_t caps = plan->pilot_units - plan->candidates / plan->candidate_unit - plan->split_units;
+    const uint64_t caps = plan_stage_begin(plan, PLAN_STAGE_SPLIT);
     for (uint64_t i = caps; i < count && i < caps + plan->split_units; i++)
         plan->split_in += states[i] == PLAN_UNIT_IN;
     if (plan->split_units > 0 && plan->has_caps != (plan->split_in == plan->split_units))
@@ -404,7 +404,8 @@ static fault_code_t load_units(plan_t *plan, wire_reader_t *in, const uint8_t *s
                                 (unsigned long long)plan->split_in, (unsigned long long)plan->split_units);
     for (uint64_t i = plan->pilot_units; i < count && i < trials; i++)
         plan->trial_in += states[i] == PLAN_UNIT_IN;
-    const uint64_t second = caps - plan->survey_units, left_out = second - plan->left_out_units;
+    const uint64_t second = plan_stage_begin(plan, PLAN_STAGE_SURVEY_AGAIN),
+                   left_out = plan_stage_begin(plan, PLAN_STAGE_LEFT_OUT);
     for (uint64_t i = 0; i < plan->left_out_units; i++)
         TRY(load_check_in(in, "left out", plan->left_out[i * WORK_LEFT_OUT_MOMENTS].n, states, count,
                           left_out + i));
