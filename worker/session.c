@@ -11,6 +11,7 @@
 #include "base/log.h"
 #include "base/random.h"
 #include "worker/held.h"
+#include "worker/pace.h"
 #include "worker/supply.h"
 
 enum {
@@ -38,6 +39,7 @@ struct session {
     bool finishing; /* SHUTDOWN has come */
     bool finished;
     held_list_t held;
+    pace_t pace;
     unsigned credits;        /* units the master may still send without further READY */
     bool congested;          /* something could not be sent */
     uint64_t number;         /* of this session, from WELCOME */
@@ -78,8 +80,6 @@ fault_code_t session_new(session_t **out, const session_options_t *options, runn
     session->options = *options;
     session->runner = runner;
     session->events = -1;
-    if (session->options.prefetch == 0)
-        session->options.prefetch = SESSION_PREFETCH;
     session->heartbeat = 1e-3 * MESSAGE_HEARTBEAT_MS;
     session->lease = 1e-3 * MESSAGE_LEASE_MS;
     session->backoff = 1e-3 * MESSAGE_BACKOFF_MIN_MS;
@@ -160,13 +160,11 @@ static void send_heartbeat(session_t *session)
 
 static bool send_result(session_t *session, const held_t *held)
 {
-    message_t message = {0};
+    message_t message = {.type = held->code == FAULT_NONE ? MESSAGE_RESULT : MESSAGE_FAILED};
     if (held->code == FAULT_NONE) {
-        message.type = MESSAGE_RESULT;
         message.result.lease = held->lease;
         message.result.bytes = (message_bytes_t){held->result, held->result_size};
     } else {
-        message.type = MESSAGE_FAILED;
         message.failed.lease = held->lease;
         message.failed.code = (uint16_t)held->code;
         message.failed.text = held->text;
@@ -185,10 +183,11 @@ static void send_results(session_t *session)
     }
 }
 
-/* Credits for what there is room for: a unit a thread and the prefetch, less what is at hand or promised. */
+/* Credits for what there is room for: a unit a thread and those ahead, less what is at hand or promised. */
 static void send_ready(session_t *session)
 {
-    const unsigned room = runner_threads(session->runner) + session->options.prefetch;
+    const unsigned fixed = session->options.prefetch,
+                   room = runner_threads(session->runner) + (fixed > 0 ? fixed : pace_ahead(&session->pace));
     const unsigned active = session->held.count - session->held.done + session->credits;
     if (session->finishing || active >= room || session->held.count + room > MESSAGE_MAX_LEASES ||
         session->held.done_bytes > SESSION_UNACKNOWLEDGED_BYTES)
@@ -383,6 +382,7 @@ static void take_outcomes(session_t *session)
 {
     runner_outcome_t outcome;
     while (runner_take(session->runner, &outcome)) {
+        pace_note(&session->pace, clock_now());
         held_t *held = held_find(&session->held, &outcome.lease);
         if (!held || held->cancelled || outcome.fault.code == FAULT_CANCELLED) {
             if (held)

@@ -18,7 +18,6 @@
 typedef struct session session_t;
 
 enum {
-    SESSION_PREFETCH = 2,       /* units held beyond one a thread, so that none waits for the network */
     SESSION_FINISH_SECONDS = 60 /* after SHUTDOWN and with the master silent: how long results are still offered */
 };
 /* Results not acknowledged, in octets, beyond which a worker asks for no more units. */
@@ -30,7 +29,7 @@ typedef struct session_options {
     const char *server_key; /* CURVE, or null */
     const char *token;      /* or null */
     const char *host;       /* this machine's name, for people; or null */
-    unsigned prefetch;      /* default SESSION_PREFETCH */
+    unsigned prefetch;      /* units held beyond one a thread; default: by their pace (pace.h) */
     double patience;        /* seconds of silence after which session_run gives up; default: for ever, once the
                                first HELLO has been answered; the first within MESSAGE_HANDSHAKE_MS */
 } session_options_t;
