@@ -20,10 +20,11 @@
 #include "stats/jackknife.h"
 #include "plan/plan_regions.h"
 #include "stats/scatter.h"
+#include "film/smooth.h"
 
 /* An estimate of chains needs so many units, and has to have seen all but a part of what they bring. Of samples a
  * single pass over the image will do. */
-enum { ESTIMATE_UNITS = 4 };
+enum { ESTIMATE_UNITS = 4, FILTER_RADIUS = 3 /* pixels */ };
 static const double ESTIMATE_UNSEEN = 2;
 
 static double moments_mean(const plan_moments_t *moments, double unit, double *error)
@@ -256,32 +257,10 @@ void plan_pixel(const plan_pixels_t *pixels, size_t p, double value[3], double v
     }
 }
 
-/* In place: the mean over a square of (2 r + 1)^2 pixels, cut at the image's edge; two passes with running sums. */
-static void estimate_smooth(double *plane, double *line, uint32_t width, uint32_t height, uint32_t r)
-{
-    for (int pass = 0; pass < 2; pass++) {
-        const uint32_t n = pass ? height : width, lines = pass ? width : height;
-        const size_t step = pass ? width : 1, stride = pass ? 1 : width;
-        for (uint32_t l = 0; l < lines; l++) {
-            double *from = plane + stride * l, sum = 0;
-            for (uint32_t i = 0; i < n; i++)
-                line[i] = from[step * i];
-            for (uint32_t i = 0; i < r && i < n; i++)
-                sum += line[i];
-            for (uint32_t i = 0; i < n; i++) {
-                sum += i + r < n ? line[i + r] : 0;
-                sum -= i > r ? line[i - r - 1] : 0;
-                const uint32_t low = i > r ? i - r : 0, high = i + r < n ? i + r : n - 1;
-                from[step * i] = sum / (high - low + 1);
-            }
-        }
-    }
-}
-
 /* Planes of the image: values and variances, [FILM_CHANNELS][pixels] each. */
 typedef struct estimate_planes {
     double *values, *variances;
-    double *scratch; /* three planes and a line */
+    double *scratch; /* three planes, and what smoothing needs */
     double floor;    /* 0.01 m^2, m the mean luminance: both images are scaled to mean luminance 1 */
 } estimate_planes_t;
 
@@ -300,15 +279,15 @@ static void estimate_filter(const plan_t *plan, estimate_planes_t *planes, size_
     const settings_t *s = &plan->settings;
     const size_t n = plan->pixels;
     double *values = planes->values + c * n, *mean = planes->scratch, *square = mean + n, *noise = square + n,
-           *line = noise + n;
+           *smoothing = noise + n;
     for (size_t p = 0; p < n; p++) {
         mean[p] = values[p];
         square[p] = values[p] * values[p];
         noise[p] = planes->variances[c * n + p];
     }
-    estimate_smooth(mean, line, s->width, s->height, 3);
-    estimate_smooth(square, line, s->width, s->height, 3);
-    estimate_smooth(noise, line, s->width, s->height, 3);
+    smooth_square(mean, s->width, s->height, FILTER_RADIUS, smoothing);
+    smooth_square(square, s->width, s->height, FILTER_RADIUS, smoothing);
+    smooth_square(noise, s->width, s->height, FILTER_RADIUS, smoothing);
     for (size_t p = 0; p < n; p++) {
         const double own = fmax(0, square[p] - mean[p] * mean[p] - 3 * noise[p]),
                      all = own + 9 * planes->variances[c * n + p];
@@ -320,8 +299,8 @@ static void estimate_filter(const plan_t *plan, estimate_planes_t *planes, size_
 static bool estimate_planes(const plan_t *plan, const plan_pixels_t *pixels, estimate_planes_t *planes)
 {
     const settings_t *s = &plan->settings;
-    const size_t n = plan->pixels, longest = s->width > s->height ? s->width : s->height;
-    planes->values = malloc(sizeof(double) * ((2 * FILM_CHANNELS + 3) * n + longest));
+    const size_t n = plan->pixels, smoothing = smooth_scratch(s->width, s->height, FILTER_RADIUS);
+    planes->values = malloc(sizeof(double) * ((2 * FILM_CHANNELS + 3) * n + smoothing));
     if (!planes->values)
         return false;
     planes->variances = planes->values + FILM_CHANNELS * n;
