@@ -98,7 +98,7 @@ struct plan {
     stuck_t stuck;       /* likewise */
     double pilot_cpu_seconds;
     film_counts_t film_counts;
-    film_t spare; /* or none: of the result added up last, for the next one */
+    film_t spare;           /* or none: of the result added up last, for the next one */
     double seconds;         /* as last told */
     double error;           /* sqrt(relMSE), NaN while unknown */
     uint64_t error_next;    /* units in when it is estimated anew */
