@@ -274,8 +274,9 @@ static int care(server_t *server, bool heard_all)
 {
     const double now = clock_now();
     double next = INFINITY;
-    serve_dispatch(server,
-                   now); /* before the disk is waited for and errors are estimated: workers go on meanwhile */
+    /* Before the disk is waited for and errors are estimated, so that workers go on meanwhile; and after, as what
+     * was learned may free units. */
+    serve_dispatch(server, now);
     for (size_t i = 0; i < job_table_active_count(server->jobs); i++)
         next = fmin(next, run_flush(job_table_active(server->jobs, i), now, false, serve_ack, server));
     job_table_poll(server->jobs, now, peers_workers(server->peers) > 0, on_change, server);
