@@ -1,12 +1,12 @@
 /* features.c: what the camera sees first, per pixel: albedo, world normal, depth (docs/images.md). The mean over a
- * fixed grid of rays; a pixel lies in one unit only, so plain floats are exact enough and free of order. */
+ * fixed grid of rays, record->side along each side; a pixel lies in one unit only, so plain floats are exact enough
+ * and free of order. */
 #include <string.h>
 
 #include "chain/unit.h"
 
-enum { FEATURE_SIDE = 2 }; /* rays a pixel: the square of it */
-
-static void feature_ray(work_space_t *space, const double film[2], float *pixel)
+/* `share`: of the ray in its pixel. */
+static void feature_ray(work_space_t *space, const double film[2], double share, float *pixel)
 {
     const path_scene_t *scene = &space->renderer->scene;
     memcpy(space->camera, film, 2 * sizeof *film);
@@ -17,7 +17,6 @@ static void feature_ray(work_space_t *space, const double film[2], float *pixel)
     const path_vertex_t *z = &space->path.camera[1];
     if (z->kind != PATH_SURFACE)
         return;
-    const double share = 1.0 / (FEATURE_SIDE * FEATURE_SIDE);
     if (z->bsdf) {
         const rgb_t albedo = bsdf_albedo(z->bsdf, scene->tables, z->wo);
         pixel[0] += (float)(albedo.r * share);
@@ -39,23 +38,23 @@ fault_code_t unit_features(work_space_t *space, const work_record_t *record, con
     const renderer_t *renderer = space->renderer;
     const camera_t *camera = &renderer->scene.camera;
     const size_t row = (size_t)WORK_FEATURE_CHANNELS * camera->width;
+    const uint32_t side = record->side, rays = side * side;
     memset(space->features, 0, sizeof *space->features * row * record->count);
     for (uint64_t y = 0; y < record->count; y++) {
         if (atomic_load_explicit(cancel, memory_order_relaxed))
             return fault_set(fault, FAULT_CANCELLED, "cancelled");
         for (uint32_t x = 0; x < camera->width; x++)
-            for (int i = 0; i < FEATURE_SIDE * FEATURE_SIDE; i++) {
-                const double raster_x = x + (i % FEATURE_SIDE + 0.5) / FEATURE_SIDE;
-                const double raster_y =
-                    (double)(record->first + y) + ((double)(i / FEATURE_SIDE) + 0.5) / FEATURE_SIDE;
+            for (uint32_t i = 0; i < rays; i++) {
+                const double raster_x = x + (i % side + 0.5) / side;
+                const double raster_y = (double)(record->first + y) + ((double)(i / side) + 0.5) / side;
                 const double film[2] = {(raster_x - camera->raster_x0) / camera->raster_w,
                                         (raster_y - camera->raster_y0) / camera->raster_h};
-                feature_ray(space, film, space->features + row * y + (size_t)WORK_FEATURE_CHANNELS * x);
+                feature_ray(space, film, 1.0 / rays, space->features + row * y + (size_t)WORK_FEATURE_CHANNELS * x);
             }
     }
     result->features = space->features;
     result->feature_rows = (uint32_t)record->count;
     result->feature_width = camera->width;
-    result->stats.evaluations = record->count * camera->width * FEATURE_SIDE * FEATURE_SIDE;
+    result->stats.evaluations = record->count * camera->width * rays;
     return FAULT_NONE;
 }

@@ -203,6 +203,8 @@ static fault_code_t work_check(const work_space_t *space, const work_record_t *r
     if (record->kind == WORK_TRIAL && (all || record->count < 2 * work_together(settings->algorithm)))
         return fault_set(fault, FAULT_RANGE, "a trial of %llu chains, expected %u or more of one length",
                          (unsigned long long)record->count, 2 * work_together(settings->algorithm));
+    if (record->kind == WORK_FEATURES && record->side == 0)
+        return fault_set(fault, FAULT_RANGE, "features of no rays");
     if (record->kind == WORK_FEATURES &&
         (record->first >= settings->height || record->count > settings->height - record->first))
         return fault_set(fault, FAULT_RANGE, "features of rows %llu to %llu of an image of %u",

@@ -55,6 +55,7 @@ enum {
     WORK_MAX_CANDIDATES = 1 << 16,
     WORK_RECORD_MAX_BYTES = 1 << 20,
     WORK_MAX_SKIP = 1 << 20,
+    WORK_MAX_SIDE = 16,
     WORK_SEQUENCES = 256,
     WORK_FEATURE_CHANNELS = 7, /* albedo R,G,B, normal X,Y,Z, depth */
     WORK_STEPS = 16,           /* the most that steps are scaled by, as a power of two */
@@ -81,6 +82,7 @@ typedef struct work_record {
                         features: first row */
     uint64_t count;  /* of candidates, samples, chains, or rows */
     uint64_t skip;   /* samples: indices that are passed over from one to the next: a lattice of pixels; else 0 */
+    uint32_t side;   /* features: rays a pixel are its square, 1 to WORK_MAX_SIDE squared; else 0 */
     uint32_t sequence;  /* samples: of the pixels' points (net.h), below WORK_SEQUENCES; else 0 */
     uint64_t point;     /* of the first sample in it; passes after that one take those that follow; else 0 */
     uint64_t mutations; /* chains: in all; chain i of the unit makes floor((i+1) m / c) - floor(i m / c) */

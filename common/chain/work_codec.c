@@ -19,7 +19,7 @@
 #include "chain/work.h"
 #include "path/walk.h"
 
-enum { WORK_CODEC_VERSION = 13 };
+enum { WORK_CODEC_VERSION = 14 };
 
 void work_record_clear(work_record_t *record)
 {
@@ -58,6 +58,8 @@ static void record_put(wire_writer_t *out, const void *value)
         for (uint32_t s = 0; s < shares; s++)
             wire_put_f64(out, record->shares[s]);
     }
+    if (record->kind == WORK_FEATURES)
+        wire_put_u32(out, record->side);
     if (!record_has_importance(record->kind))
         return;
     wire_put_u32(out, record->importance ? IMPORTANCE_BLOCKS : 0);
@@ -268,6 +270,14 @@ static fault_code_t record_get_places(wire_reader_t *in, work_record_t *record)
     return in->code;
 }
 
+static fault_code_t record_get_side(wire_reader_t *in, work_record_t *record)
+{
+    record->side = wire_get_u32(in, "side");
+    if (!in->code && (record->side == 0 || record->side > WORK_MAX_SIDE))
+        return wire_reader_fail(in, FAULT_RANGE, "side", "%u, expected 1 to %d", record->side, WORK_MAX_SIDE);
+    return in->code;
+}
+
 fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size_t size, fault_t *fault)
 {
     *record = (work_record_t){0};
@@ -305,6 +315,8 @@ fault_code_t work_record_decode(work_record_t *record, const uint8_t *data, size
         code = record_get_rates(&in, record, fault);
     if (!code && record->kind == WORK_SAMPLES)
         code = record_get_places(&in, record);
+    if (!code && record->kind == WORK_FEATURES)
+        code = record_get_side(&in, record);
     if (!code)
         code = wire_reader_end(&in);
     if (code)

@@ -114,6 +114,9 @@ static fault_code_t library_fault(const stream_t *stream, exr_result_t result, c
 
 /* ---- writing ---- */
 
+/* Of images with noise level 6, zlib's usual one, makes files 2 % smaller than this, in twice the time. */
+enum { ZIP_LEVEL = 2 };
+
 static exr_result_t describe(exr_context_t context, const image_t *image)
 {
     int part = 0;
@@ -123,6 +126,8 @@ static exr_result_t describe(exr_context_t context, const image_t *image)
     if (result == EXR_ERR_SUCCESS)
         result = exr_initialize_required_attr_simple(context, part, (int32_t)image->width, (int32_t)image->height,
                                                      EXR_COMPRESSION_ZIP);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_set_zip_compression_level(context, part, ZIP_LEVEL);
     for (uint32_t c = 0; c < image->channel_count && result == EXR_ERR_SUCCESS; c++)
         result =
             exr_add_channel(context, part, image->names[c], EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);

@@ -609,6 +609,10 @@ static bool plan_has_error(const plan_t *plan)
     return !plan_passes_begun(plan) && (plan_is_chains(plan) || plan->lengths[0].units_in > 1);
 }
 
+/* Seconds a pixel from one estimate of the error to the next, at least: it takes a tenth of that, and nothing is
+ * handed out meanwhile. */
+static const double ERROR_PAUSE = 3e-6;
+
 /* Units until the error is estimated anew: the history's points are a quarter apart, where a rule waits for an
  * error a tenth; the first is as early as there is an estimate. */
 static uint64_t plan_error_wait(const plan_t *plan)
@@ -629,8 +633,9 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "mutations_per_pixel");
     if (stop->seconds > 0 && seconds >= stop->seconds)
         return plan_stop(plan, "seconds");
-    if (plan->in >= plan->error_next && plan_has_error(plan)) {
+    if (plan->in >= plan->error_next && seconds >= plan->error_due && plan_has_error(plan)) {
         plan_note_error(plan);
+        plan->error_due = isfinite(plan->error) ? seconds + ERROR_PAUSE * (double)plan->pixels : 0;
         plan->error_next = plan->in + plan_error_wait(plan);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");

@@ -13,7 +13,10 @@
 #include "plan/plan_split.h"
 
 enum {
-    PILOT_UNIT = 8192, /* candidates: some ten milliseconds */
+    PILOT_UNIT = 8192, /* candidates: some ten milliseconds; */
+    PILOT_PARTS = 8,   /* of a short pilot an eighth, */
+    PILOT_SMALLEST = 256,
+    PILOT_ASIDE = 4096, /* samples for each choice that comes before the candidates, or an eighth of those */
     PILOT_LEAST = 2048,
     PILOT_USUAL = 1 << 17,
     PILOT_MOST = 1 << 19,
@@ -21,12 +24,12 @@ enum {
     CHAIN_USUAL = 1 << 14, /* mutations a chain */
     UNIT_LEAST = 1 << 14,
     UNIT_SMALLEST = 1 << 20,
-    UNIT_LARGEST = 1 << 23,                  /* mutations a unit: packing its film must cost little beside them */
-    EARLY_PARTS = 8,                         /* of a unit: the first few of a length */
-    UNITS_LEAST = 16,                        /* a length, so that its variance can be estimated */
-    SPLIT_LEAST = 4 * PLAN_SAMPLE_MUTATIONS, /* mutations a pixel for samples beside chains: a few passes of them */
-    UNITS_TIMED = 64,                        /* that a rule of seconds leaves room for on one slow worker */
-    FEATURE_RAYS = 1 << 16                   /* a unit: of a small image some, as they fill gaps */
+    UNIT_LARGEST = 1 << 23, /* mutations a unit: packing its film must cost little beside them */
+    EARLY_PARTS = 8,        /* of a unit: the first few of a length */
+    UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
+    UNITS_TIMED = 64,       /* that a rule of seconds leaves room for on one slow worker */
+    FEATURE_SIDE = 2,
+    FEATURE_RAYS = 1 << 16 /* a unit: of a small image some, as they fill gaps */
 };
 
 static uint64_t at_least(uint64_t a, uint64_t b)
@@ -45,13 +48,33 @@ static uint32_t budget_sample(const plan_t *plan)
     return settings_joins_all(plan->settings.algorithm) ? 1 : PLAN_SAMPLE_MUTATIONS;
 }
 
-/* Whether the job has room for samples beside its chains, a few whole passes over the image. */
-static bool budget_is_ample(const plan_t *plan)
+bool plan_has_room(const plan_t *plan, uint32_t passes)
 {
-    const job_stop_t *stop = &plan->job.stop;
-    const double least = SPLIT_LEAST * (double)plan->pixels;
-    return (plan->mutations_total == 0 || plan->mutations_total >= least) &&
-           (stop->seconds == 0 || stop->seconds * PLAN_USUAL_RATE >= least);
+    return plan->mutations_total == 0 ||
+           plan->mutations_total >= passes * PLAN_SAMPLE_MUTATIONS * (double)plan->pixels;
+}
+
+/* Samples for each of the choices that the candidates wait for, sketch and split. They are no candidates, so they
+ * should be few; but by less than thousands nothing is chosen well, and most of a short pilot is theirs. */
+static uint64_t pilot_aside(const plan_t *plan)
+{
+    return at_least(plan->candidates / PILOT_PARTS, at_most(plan->candidates, PILOT_ASIDE));
+}
+
+static uint64_t pilot_units(const plan_t *plan, uint64_t samples)
+{
+    return (samples + plan->pilot_unit - 1) / plan->pilot_unit;
+}
+
+/* A grid of rays in each pixel, or a single one where the grid's were half of the time of a worker. */
+static void budget_features(plan_t *plan)
+{
+    const settings_t *s = &plan->settings;
+    const double seconds = plan->job.stop.seconds,
+                 rays = FEATURE_SIDE * FEATURE_SIDE * (double)plan->pixels; /* one costs half a mutation, or less */
+    plan->feature_side = seconds > 0 && rays > seconds * PLAN_USUAL_RATE ? 1 : FEATURE_SIDE;
+    const uint64_t row = plan->feature_side * plan->feature_side * (uint64_t)s->width;
+    plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / row, 1), s->height);
 }
 
 void plan_size_pilot(plan_t *plan)
@@ -74,21 +97,23 @@ void plan_size_pilot(plan_t *plan)
     plan->candidates = at_least((uint64_t)candidates, PILOT_LEAST);
     if (s->pilot_samples > 0)
         plan->candidates = s->pilot_samples;
-    plan->pilot_unit = (uint32_t)at_most(plan->candidates, PILOT_UNIT);
-    const uint64_t units = (plan->candidates + plan->pilot_unit - 1) / plan->pilot_unit;
+    const uint64_t part = (plan->candidates + PILOT_PARTS - 1) / PILOT_PARTS;
+    plan->pilot_unit = (uint32_t)at_most(at_least(part, PILOT_SMALLEST), PILOT_UNIT);
+    const uint64_t units = pilot_units(plan, plan->candidates), aside = pilot_units(plan, pilot_aside(plan));
     plan->candidates = units * plan->pilot_unit;
     plan->candidate_unit = plan->pilot_unit;
-    plan->feature_rows = (uint32_t)at_most(at_least(FEATURE_RAYS / (4 * (uint64_t)s->width), 1), s->height);
-    plan->sketch_units = plan_sketch_size(plan, units);
-    plan->split_units = budget_is_ample(plan) ? plan_split_size(plan, units) : 0;
-    plan->left_out_units = plan_left_out_size(plan, units);
-    plan->survey_units = plan_survey_size(plan, units);
+    budget_features(plan);
+    plan->sketch_units = plan_wants_sketch(plan) ? aside : 0;
+    plan->split_units = plan_has_room(plan, 1) && plan_wants_split(plan) ? aside : 0;
+    plan->left_out_units = plan_left_out_size(plan);
+    plan->survey_units = plan_survey_size(plan);
     plan->pilot_units = plan_stage_begin(plan, PLAN_STAGES);
 }
 
 static void features_record(const plan_t *plan, uint64_t index, work_record_t *record)
 {
     record->kind = WORK_FEATURES;
+    record->side = plan->feature_side;
     record->first = index * plan->feature_rows;
     record->count = at_most(plan->feature_rows, plan->settings.height - record->first);
 }

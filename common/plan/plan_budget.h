@@ -22,6 +22,9 @@ typedef enum plan_stage {
     PLAN_STAGES
 } plan_stage_t;
 
+/* Whether the work is enough for so many whole passes of samples over the image. Where only time or the error ends
+ * the job it always is: a first pass need not be whole (plan_passes.h). */
+bool plan_has_room(const plan_t *plan, uint32_t passes);
 /* Sizes of the first phase from the job; called once. */
 void plan_size_pilot(plan_t *plan);
 /* The number of a stage's first unit; of none: of the next stage's. */

@@ -34,8 +34,8 @@
 /* Indices of the survey's samples among those that refine b_k. */
 #define SURVEY_FIRST (UINT64_C(1) << 42)
 enum {
-    SURVEY_PARTS = 16, /* either round has one unit for so many of the pilot's */
-    SURVEY_LEAST = 8   /* units of a pilot that is long enough to tell */
+    SURVEY_PARTS = 16,     /* either round has one unit for so many of the pilot's */
+    SURVEY_LEAST = 1 << 16 /* candidates of a pilot that is long enough to tell */
 };
 static const double IDLE_SHARE = 0.005, IDLE_RISE = 1.05;
 
@@ -59,13 +59,14 @@ static survey_rule_t survey_rule(const plan_t *plan)
                            .hit_stays = specular};
 }
 
-uint64_t plan_survey_size(const plan_t *plan, uint64_t units)
+uint64_t plan_survey_size(const plan_t *plan)
 {
     const settings_t *s = &plan->settings;
     if (!plan_is_chains(plan) || s->effects[SETTINGS_ALL_TECHNIQUES] == SETTINGS_SWITCH_ON ||
-        units < SURVEY_LEAST || !survey_rule(plan).any)
+        plan->candidates < SURVEY_LEAST || !survey_rule(plan).any)
         return 0;
-    return (units + SURVEY_PARTS - 1) / SURVEY_PARTS;
+    const uint64_t parts = SURVEY_PARTS * (uint64_t)plan->pilot_unit;
+    return (plan->candidates + parts - 1) / parts;
 }
 
 /* Whether a technique of these lengths is idle. */

@@ -6,7 +6,7 @@
 #include "plan/plan_state.h"
 
 /* How many of the pilot's units look for them, in either round; 0 if none may leave. */
-uint64_t plan_survey_size(const plan_t *plan, uint64_t units);
+uint64_t plan_survey_size(const plan_t *plan);
 fault_code_t plan_survey_record(const plan_t *plan, int round, uint64_t index, work_record_t *record);
 bool plan_is_survey(const work_record_t *record);
 void plan_absorb_survey(plan_t *plan, int round, const work_record_t *record, const work_result_t *result);

@@ -11,7 +11,7 @@
 
 enum {
     LEFT_OUT_UNIT = 8192, /* samples */
-    LEFT_OUT_PARTS = 4,   /* one unit for so many of the pilot's */
+    LEFT_OUT_PARTS = 4,   /* one sample for so many candidates */
     LEFT_OUT_LEAST = 2    /* units */
 };
 
@@ -22,7 +22,7 @@ static bool left_out_is_measured(const effects_t *effects, settings_effect_t eff
     return at->present && at->set == SETTINGS_SWITCH_OFF && effect != SETTINGS_APERTURE;
 }
 
-uint64_t plan_left_out_size(const plan_t *plan, uint64_t units)
+uint64_t plan_left_out_size(const plan_t *plan)
 {
     effects_t effects;
     bool any = false;
@@ -31,7 +31,8 @@ uint64_t plan_left_out_size(const plan_t *plan, uint64_t units)
         any = any || left_out_is_measured(&effects, (settings_effect_t)e);
     if (!any)
         return 0;
-    return units / LEFT_OUT_PARTS > LEFT_OUT_LEAST ? units / LEFT_OUT_PARTS : LEFT_OUT_LEAST;
+    const uint64_t units = plan->candidates / LEFT_OUT_PARTS / LEFT_OUT_UNIT;
+    return units > LEFT_OUT_LEAST ? units : LEFT_OUT_LEAST;
 }
 
 void plan_left_out_record(uint64_t index, work_record_t *record)

@@ -5,7 +5,7 @@
 #include "plan/plan_state.h"
 
 /* How many of the pilot's units measure it. */
-uint64_t plan_left_out_size(const plan_t *plan, uint64_t units);
+uint64_t plan_left_out_size(const plan_t *plan);
 void plan_left_out_record(uint64_t index, work_record_t *record);
 void plan_absorb_left_out(plan_t *plan, const work_record_t *record, const work_result_t *result);
 

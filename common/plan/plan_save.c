@@ -22,7 +22,7 @@
 #include "plan/plan_stuck.h"
 #include "plan/plan_trial.h"
 
-enum { PLAN_SAVE_VERSION = 23 };
+enum { PLAN_SAVE_VERSION = 24 };
 
 /* b_k is what the candidates say; none is known before the pilot's end. */
 static fault_code_t check_b(const plan_t *plan, wire_reader_t *in, uint32_t k)

@@ -4,7 +4,7 @@
  * What is to be small is the mean of Var(I_j) / (I_j^2 + 0.01 m^2), and a pixel's variance is about I_j^2 over the
  * mutations that it gets, N_j. For their sum being fixed the least is where N_j is in proportion to I_j /
  * sqrt(I_j^2 + 0.01 m^2): chains that follow C g with g = m / sqrt(I^2 + 0.01 m^2), to the power `equalize`. I is
- * the light of 16 x 16 blocks of the image, from an eighth as many samples as the pilot has, before it; g is scaled
+ * the light of 16 x 16 blocks of the image, from samples before the pilot's, an eighth as many or more; g is scaled
  * so that the blocks' light times g is what it was.
  */
 #include "plan/plan_sketch.h"
@@ -16,13 +16,10 @@
 
 /* Indices of samples that are no candidates. */
 #define SKETCH_FIRST (UINT64_C(1) << 40)
-enum { SKETCH_PARTS = 8 };
 
-uint64_t plan_sketch_size(const plan_t *plan, uint64_t units)
+bool plan_wants_sketch(const plan_t *plan)
 {
-    if (!(plan->settings.equalize > 0) || !plan_is_chains(plan))
-        return 0;
-    return (units + SKETCH_PARTS - 1) / SKETCH_PARTS;
+    return plan->settings.equalize > 0 && plan_is_chains(plan);
 }
 
 void plan_sketch_record(const plan_t *plan, uint64_t index, work_record_t *record)

@@ -5,8 +5,8 @@
 
 #include "plan/plan_state.h"
 
-/* How many of the pilot's units make the sketch: 0 without equalize. */
-uint64_t plan_sketch_size(const plan_t *plan, uint64_t units);
+/* Whether the pilot has units that make the sketch, first of all: with equalize. */
+bool plan_wants_sketch(const plan_t *plan);
 /* The sketch's unit number `index`. */
 void plan_sketch_record(const plan_t *plan, uint64_t index, work_record_t *record);
 bool plan_is_sketch(const work_record_t *record);

@@ -40,14 +40,13 @@
 /* Indices of samples that are neither candidates nor the sketch's, and come in pairs. */
 #define SPLIT_FIRST WORK_PAIRS_FIRST
 enum {
-    SPLIT_PARTS = 8, /* one sample in so many of the pilot's */
     SPLIT_GRID = 64, /* values of lambda */
     SPLIT_SEEDS = 4  /* candidates above the cap that a length's chains need at least */
 };
 
-uint64_t plan_split_size(const plan_t *plan, uint64_t units)
+bool plan_wants_split(const plan_t *plan)
 {
-    return plan->settings.split > 0 && plan_is_chains(plan) ? (units + SPLIT_PARTS - 1) / SPLIT_PARTS : 0;
+    return plan->settings.split > 0 && plan_is_chains(plan);
 }
 
 void plan_split_record(const plan_t *plan, uint64_t index, work_record_t *record)
@@ -125,10 +124,10 @@ static double split_largest(const plan_t *plan, const double *ratios)
     return largest;
 }
 
-/* The best of a grid of lambdas. */
+/* The best of a grid of lambdas. With work for less than a pass of samples and chains beside: of all or nothing. */
 static split_choice_t split_search(const plan_t *plan, const double *ratios)
 {
-    const double largest = split_largest(plan, ratios);
+    const double largest = plan_has_room(plan, 2) ? split_largest(plan, ratios) : 0;
     split_choice_t best = split_try(plan, ratios, 0);
     for (int i = 0; i < SPLIT_GRID && largest > 0; i++) {
         const split_choice_t choice = split_try(plan, ratios, largest * exp2(-0.5 * i));

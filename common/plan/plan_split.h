@@ -5,8 +5,8 @@
 
 #include "plan/plan_state.h"
 
-/* How many of the pilot's units are for the caps: 0 without split. */
-uint64_t plan_split_size(const plan_t *plan, uint64_t units);
+/* Whether the pilot has units for the caps: with split. */
+bool plan_wants_split(const plan_t *plan);
 void plan_split_record(const plan_t *plan, uint64_t index, work_record_t *record);
 bool plan_is_split(const work_record_t *record);
 /* Takes in a unit of them; the last one fixes the caps. */

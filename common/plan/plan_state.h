@@ -43,15 +43,16 @@ struct plan {
     size_t pixels;
     plan_phase_t phase;
     plan_unit_t *units;
-    uint64_t unit_count, unit_room;    /* handed out so far */
-    uint64_t resume;                   /* units below it may need handing out again, after a restore */
-    uint64_t sketch_units;             /* with equalize: the first units of all, for the importance; else 0 */
-    uint64_t pilot_units, in;          /* units of the first phase; units in */
-    uint64_t pilot_next;               /* units of the first phase generated so far */
-    uint64_t candidates;               /* of the pilot */
-    uint32_t pilot_unit, feature_rows; /* samples of the pilot and rows a unit */
-    uint32_t candidate_unit;           /* candidates a unit: as many, or few where they are not for seeds */
-    bool has_candidates;               /* they are all in: b_k and seeds are known */
+    uint64_t unit_count, unit_room;      /* handed out so far */
+    uint64_t resume;                     /* units below it may need handing out again, after a restore */
+    uint64_t sketch_units;               /* with equalize: the first units of all, for the importance; else 0 */
+    uint64_t pilot_units, in;            /* units of the first phase; units in */
+    uint64_t pilot_next;                 /* units of the first phase generated so far */
+    uint64_t candidates;                 /* of the pilot */
+    uint32_t pilot_unit;                 /* samples of the pilot a unit */
+    uint32_t feature_rows, feature_side; /* rows a unit, and rays along a pixel's side */
+    uint32_t candidate_unit;             /* candidates a unit: as many, or few where they are not for seeds */
+    bool has_candidates;                 /* they are all in: b_k and seeds are known */
     uint64_t trial_units, trial_next, trial_in; /* units of trials, after the pilot's: in all, generated, in */
     uint64_t trial_mutations;                   /* of each of their chains */
     plan_trial_t *trials;                       /* [trial_units] */
@@ -101,7 +102,8 @@ struct plan {
     film_t spare;           /* or none: of the result added up last, for the next one */
     double seconds;         /* as last told */
     double error;           /* sqrt(relMSE), NaN while unknown */
-    uint64_t error_next;    /* units in when it is estimated anew */
+    uint64_t error_next;    /* units in when it is estimated anew, */
+    double error_due;       /* but not before so many seconds */
     double mutations_total; /* of the rule; 0 if there is none */
     bool stopped;
     const char *stopped_by;

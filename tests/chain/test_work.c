@@ -51,6 +51,7 @@ static void records_come_back_as_they_were(void **state)
         assert_int_equal(back.first, record.first);
         assert_int_equal(back.count, record.count);
         assert_int_equal(back.skip, record.skip);
+        assert_int_equal(back.side, record.side);
         assert_int_equal(back.mutations, record.mutations);
         assert_true(back.scale == record.scale);
         assert_int_equal(back.idle_count, record.idle_count);
@@ -106,6 +107,8 @@ static void hostile_records_are_refused(void **state)
     refuse_record((r = pilot, r.count = 0, r), FAULT_RANGE, "count");
     refuse_record((r = pilot, r.count = WORK_MAX_CANDIDATES + 1, r), FAULT_RANGE, "count");
     refuse_record((r = chains, r.count = WORK_MAX_CHAINS + 1, r.mutations = 1 << 20, r), FAULT_RANGE, "count");
+    refuse_record((r = features, r.side = 0, r), FAULT_RANGE, "side");
+    refuse_record((r = features, r.side = WORK_MAX_SIDE + 1, r), FAULT_RANGE, "side");
     refuse_record((r = samples, r.count = UINT64_MAX, r), FAULT_RANGE, "count");
     refuse_record((r = features, r.count = FILM_MAX_SIDE + 1, r), FAULT_RANGE, "count");
     refuse_record((r = samples, r.first = UINT64_MAX, r), FAULT_RANGE, "first");

@@ -75,7 +75,7 @@ work_record_t work_fixture_record(work_fixture_t *fixture, work_kind_t kind)
         return (work_record_t){
             .kind = kind, .first = 1000, .count = 2000, .skip = 6, .sequence = 3, .point = 70, .scale = 0.5};
     default:
-        return (work_record_t){.kind = kind, .first = 3, .count = 5};
+        return (work_record_t){.kind = kind, .first = 3, .count = 5, .side = 2};
     }
 }
 
