@@ -609,9 +609,14 @@ static bool plan_has_error(const plan_t *plan)
     return !plan_passes_begun(plan) && (plan_is_chains(plan) || plan->lengths[0].units_in > 1);
 }
 
-/* Seconds a pixel from one estimate of the error to the next, at least: it takes a tenth of that, and nothing is
- * handed out meanwhile. */
-static const double ERROR_PAUSE = 3e-6;
+/* Seconds from one estimate of the error to the next, at least: nothing is handed out meanwhile. Of half a million
+ * pixels it takes a tenth of a second, and predictions want all they can get; of a large image it should take no
+ * more than a tenth of the time. */
+static double plan_error_pause(const plan_t *plan)
+{
+    const double small = 1 << 19;
+    return 3e-6 * fmax(0, (double)plan->pixels - small);
+}
 
 /* Units until the error is estimated anew: the history's points are a quarter apart, where a rule waits for an
  * error a tenth; the first is as early as there is an estimate. */
@@ -635,7 +640,7 @@ bool plan_check_stop(plan_t *plan, double seconds)
         return plan_stop(plan, "seconds");
     if (plan->in >= plan->error_next && seconds >= plan->error_due && plan_has_error(plan)) {
         plan_note_error(plan);
-        plan->error_due = isfinite(plan->error) ? seconds + ERROR_PAUSE * (double)plan->pixels : 0;
+        plan->error_due = isfinite(plan->error) ? seconds + plan_error_pause(plan) : 0;
         plan->error_next = plan->in + plan_error_wait(plan);
         if (stop->error > 0 && plan->error <= stop->error)
             return plan_stop(plan, "error");
