@@ -606,7 +606,7 @@ void plan_note_merging(plan_t *plan, double seconds)
  * single pass over the image is a stand-in. */
 static bool plan_has_error(const plan_t *plan)
 {
-    return !plan_passes_begun(plan) && (plan_is_chains(plan) || plan->lengths[0].units_in > 1);
+    return !plan_passes_begun(plan) && (plan_runs_chains(plan) || plan->lengths[0].units_in > 1);
 }
 
 /* Seconds from one estimate of the error to the next, at least: nothing is handed out meanwhile. Of half a million

@@ -542,7 +542,7 @@ void plan_estimate_error(const plan_t *plan, plan_error_t *error)
     for (uint32_t k = 0; k <= plan->settings.max_path_length; k++)
         units += plan->lengths[k].units_in;
     snprintf(error->reason, sizeof error->reason, "too few units of work for an estimate");
-    if (units < (plan_is_chains(plan) ? ESTIMATE_UNITS : 1) || pixels_unseen(plan) > ESTIMATE_UNSEEN)
+    if (units < (plan_runs_chains(plan) ? ESTIMATE_UNITS : 1) || pixels_unseen(plan) > ESTIMATE_UNSEEN)
         return;
     plan_pixels_t pixels;
     plan_pixels_init(&pixels, plan);

@@ -117,6 +117,12 @@ static inline bool plan_is_chains(const plan_t *plan)
     return settings_is_chains(plan->settings.algorithm);
 }
 
+/* Whether it runs any, too: not where the pilot left all to samples. */
+static inline bool plan_runs_chains(const plan_t *plan)
+{
+    return plan_is_chains(plan) && !plan->samples_alone;
+}
+
 /* Whether samples bring a part of the light that chains do not: lengths[0] is theirs beside the chains' lengths. */
 static inline bool plan_splits(const plan_t *plan)
 {

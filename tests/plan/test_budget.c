@@ -16,6 +16,7 @@
 typedef struct made {
     bool splits;
     double share, samples, mutations; /* share: of the samples */
+    double error;                     /* estimated */
 } made_t;
 
 static made_t render(int mutations, double gain)
@@ -34,6 +35,7 @@ static made_t render(int mutations, double gain)
     plan_fixture_run(plan, &worker, 0.1);
     made_t made = {.splits = plan_splits(plan),
                    .share = plan->lengths[0].share,
+                   .error = plan->error,
                    .samples = (double)plan->lengths[0].merged / (double)plan->pixels};
     for (uint32_t k = 1; k <= 4; k++) {
         const plan_length_t *length = &plan->lengths[k];
@@ -68,6 +70,7 @@ static void where_there_is_room_for_one_only_the_pilot_chooses(void **state)
         const made_t chains = render(mutations, 1), samples = render(mutations, 1e6);
         assert_true(chains.splits && chains.share == 0 && chains.samples == 0 &&
                     fabs(chains.mutations - mutations) < 1e-9);
+        assert_true(chains.error > 0 && samples.error > 0); /* a single pass has a stand-in */
         assert_true(samples.share == 1 && samples.samples == (mutations < 15 ? 1 : 2) && samples.mutations == 0);
     }
     for (int mutations = 3; mutations < 10; mutations += 3) {
