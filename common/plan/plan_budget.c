@@ -28,8 +28,8 @@ enum {
     EARLY_PARTS = 8,        /* of a unit: the first few of a length */
     UNITS_LEAST = 16,       /* a length, so that its variance can be estimated */
     UNITS_TIMED = 64,       /* that a rule of seconds leaves room for on one slow worker */
-    FEATURE_SIDE = 2,
-    FEATURE_RAYS = 1 << 16 /* a unit: of a small image some, as they fill gaps */
+    FEATURE_SIDE = 2,       /* rays along a pixel's side */
+    FEATURE_RAYS = 1 << 16  /* a unit: of a small image some, as they fill gaps */
 };
 
 static uint64_t at_least(uint64_t a, uint64_t b)

@@ -12,13 +12,14 @@
 #include "plan/plan_fixture.h"
 #include "plan/plan_state.h"
 
-/* What a short render made: samples and mutations a pixel, and whether every length with a share had chains. */
+/* What a short render made: samples and mutations a pixel. */
 typedef struct made {
     bool splits;
     double share, samples, mutations; /* share: of the samples */
     double error;                     /* estimated */
 } made_t;
 
+/* Fails where a length with a share had no chains, or one without had some. */
 static made_t render(int mutations, double gain)
 {
     small_scene_t small;
